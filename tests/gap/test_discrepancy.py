@@ -5,18 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from evat.gap.search.starts.linear import moved
+from evat.inference.band_whitening import BandWhitening
 from evat.inference.discrepancy import Likelihood, known, likelihood
 from evat.inference.law.initial_state import RANDOM
 from evat.inference.noise.estimate import estimate_noise
 from evat.inference.prediction import Prediction
-from evat.inference.whitening import Whitening
 from toy import Toy, measured
 
 
-def _whitened() -> tuple[Whitening, Prediction]:
+def _whitened() -> tuple[BandWhitening, Prediction]:
     prediction = Prediction(Toy(), measured(["bend"], {"bend.c": 0.2}, conditions=2, repeats=2))
     predicted = prediction.one()
-    return Whitening(prediction, estimate_noise(prediction, predicted), predicted), prediction
+    return BandWhitening(prediction, estimate_noise(prediction, predicted), predicted), prediction
 
 
 def test_what_differs_between_trials_is_integrated_out() -> None:
@@ -62,7 +62,7 @@ def test_the_solvers_error_is_granted_to_every_model() -> None:
     predicted = prediction.one()
     error = 0.05 * np.sqrt(np.mean(prediction.measured**2)) * np.where(np.arange(predicted.size) % 2, 1.0, -1.0)
     noise = estimate_noise(prediction, predicted)
-    wrong = Whitening(prediction, noise, predicted, error)
+    wrong = BandWhitening(prediction, noise, predicted, error)
     assert wrong.least - 1 == pytest.approx((plain.least - 1) * (1 + (0.05 / 0.002) ** 2), rel=1e-9)
     none = np.empty((predicted.size, 0))
     logs = [likelihood(each, each.sums(prediction.measured + error, none), np.empty(0)).log for each in (plain, wrong)]

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from evat.inference.band_whitening import BandWhitening, _without_outliers
 from evat.inference.discrepancy import likelihood
 from evat.inference.noise.estimate import estimate_noise
 from evat.inference.noise.outliers import unsure_outliers
 from evat.inference.prediction import Prediction
-from evat.inference.whitening import Whitening, _without_outliers
 from evat.model import FloatArray
 from known_rigs import MODEL, TO_AND_FRO, TRUTH, experiment, force, trial
 
@@ -61,7 +61,7 @@ def test_a_spark_is_no_discrepancy_of_the_model() -> None:
     for row in (measured, sparked):
         prediction = Prediction(MODEL, experiment(trial(TO_AND_FRO, seed=1, measured=row, noise=0.01), nominal=TRUTH))
         predicted = prediction.one()
-        whitening = Whitening(prediction, estimate_noise(prediction, predicted), predicted)
+        whitening = BandWhitening(prediction, estimate_noise(prediction, predicted), predicted)
         told = likelihood(whitening, whitening.sums(predicted, np.empty((predicted.size, 0))), np.empty(0))
         sizes.append(told)
     assert sizes[1].size == sizes[0].size

@@ -21,10 +21,10 @@ from evat.gap.answer import Diagnosis
 from evat.gap.report import OutputError, corrected, explain, fmu_run, output, sentence, write_diagnosis
 from evat.gap.report.summary import headline
 from evat.gap.search.compare import Comparison
+from evat.inference.band_whitening import BandWhitening
 from evat.inference.hypothesis import Hypothesis
 from evat.inference.noise.estimate import estimate_noise
 from evat.inference.prediction import Prediction
-from evat.inference.whitening import Whitening
 from evat.model import ParameterError, Run
 from evat.models.contact import ContactModel
 from evat.models.drive import drive
@@ -356,7 +356,9 @@ def test_means_run_through_the_fmu(
     predicted = whole.one()
     noise = estimate_noise(whole, predicted)
     fit = replace(comparison.nominal, predicted=predicted)
-    here = replace(comparison, prediction=whole, noise=noise, whitening=Whitening(whole, noise, predicted), nominal=fit, recalibrated=fit)
+    here = replace(
+        comparison, prediction=whole, noise=noise, whitening=BandWhitening(whole, noise, predicted), nominal=fit, recalibrated=fit
+    )
     judgement = replace(answer.judgement, chosen=Hypothesis())
     ssv = corrected.write(replace(answer, effects=(), judgement=judgement), here, tmp_path)
     calls, simulate = list[Run](), FmuModel.simulate

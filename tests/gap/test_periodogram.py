@@ -9,9 +9,9 @@ import pytest
 from evat.experiment import Experiment
 from evat.gap import diagnose
 from evat.gap.search.starts.periodogram import TIME, WAY, Peak, peaks
+from evat.inference.band_whitening import BandWhitening
 from evat.inference.noise.estimate import estimate_noise
 from evat.inference.prediction import OWN, Prediction
-from evat.inference.whitening import Whitening
 from evat.model import FloatArray
 from rig import MODEL, STEP, measured
 
@@ -45,7 +45,7 @@ def seen(experiment: Experiment, unit: str, apart: bool = False) -> list[Peak]:
     prediction = Prediction(MODEL, experiment)
     prediction = prediction.each_apart() if apart else prediction
     predicted = prediction.one()
-    return peaks(prediction, Whitening(prediction, estimate_noise(prediction, predicted), predicted), predicted, unit)
+    return peaks(prediction, BandWhitening(prediction, estimate_noise(prediction, predicted), predicted), predicted, unit)
 
 
 def test_the_highest_peak_is_the_hum() -> None:

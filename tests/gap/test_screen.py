@@ -14,13 +14,13 @@ from evat.gap.search.starts.design import points_over
 from evat.gap.search.starts.linear import expected_evidence, linear_fit
 from evat.gap.search.starts.plausible import plausible_amplitudes
 from evat.gap.search.starts.screen import Screen, _spread
+from evat.inference.band_whitening import BandWhitening
 from evat.inference.discrepancy import likelihood
 from evat.inference.fit import fit
 from evat.inference.hypothesis import NOMINAL
 from evat.inference.noise.estimate import estimate_noise
 from evat.inference.parameters import Parameter, Scales
 from evat.inference.prediction import Prediction
-from evat.inference.whitening import Whitening
 from evat.model import Effect, FloatArray, Variable
 from scipy.stats import multivariate_normal, qmc
 from toy import Toy, measured
@@ -56,7 +56,7 @@ def test_slopes_are_those_of_the_amplitude_that_was_tried_where_its_bound_is_nea
     """An effect that is exactly linear: a|x|, of which 10 % of the rms is a = 1 and 0.5 is allowed. All trials start at one amplitude."""
     prediction = Prediction(bounded(), measured(["lean"], {"lean.a": 0.4}))
     predicted = prediction.one()
-    whitening = Whitening(prediction, estimate_noise(prediction, predicted), predicted)
+    whitening = BandWhitening(prediction, estimate_noise(prediction, predicted), predicted)
     base = fit(prediction, whitening, (), np.empty(0))
     assert base is not None
     starts = Screen(prediction, whitening, Scales(prediction.model, prediction.experiment)).starts(base, prediction.model.effects[2])
@@ -130,7 +130,7 @@ def test_a_second_effect_promises_no_more_than_it_holds_where_its_slope_was_take
     experiment = replace(given, trials=tuple(replace(trial, outputs={"F": trial.outputs["F"] + falls}) for trial in given.trials))
     prediction = Prediction(Late(), experiment)
     predicted, (effect,) = prediction.one(), Late.effects
-    whitening = Whitening(prediction, estimate_noise(prediction, predicted), predicted)
+    whitening = BandWhitening(prediction, estimate_noise(prediction, predicted), predicted)
     base = fit(prediction, whitening, (), np.empty(0))
     assert base is not None
     start = Screen(prediction, whitening, Scales(prediction.model, experiment)).starts(base, effect)[0]
@@ -158,7 +158,7 @@ def test_a_second_effect_promises_no_more_than_it_holds_where_its_slope_was_take
 def test_ten_delays_of_a_sample_are_no_delay_of_ten() -> None:
     prediction = Prediction(Late(), measured(conditions=1))
     predicted, (effect,) = prediction.one(), Late.effects
-    whitening = Whitening(prediction, estimate_noise(prediction, predicted), predicted)
+    whitening = BandWhitening(prediction, estimate_noise(prediction, predicted), predicted)
     base = fit(prediction, whitening, (), np.empty(0))
     assert base is not None
     for start in Screen(prediction, whitening, Scales(prediction.model, prediction.experiment)).starts(base, effect):

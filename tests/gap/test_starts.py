@@ -16,10 +16,10 @@ from evat.gap.search import recalibration
 from evat.gap.search.compare import compare
 from evat.gap.search.recalibration import _likeliest_zeros, _linearised
 from evat.gap.search.singles import _apart, _before
+from evat.inference.band_whitening import BandWhitening
 from evat.inference.noise.estimate import estimate_noise
 from evat.inference.parameters import Parameter
 from evat.inference.prediction import Prediction
-from evat.inference.whitening import Whitening
 from evat.model import FloatArray, Run, Variable
 from toy import Toy, measured
 
@@ -124,7 +124,7 @@ def test_the_zero_of_a_velocity_is_looked_for_where_it_is_likely(d: float, expec
     prediction = Prediction(Damped(), made)
     predicted = prediction.one()
     assert len(prediction.input_zeros) == 1
-    assert _likeliest_zeros(prediction, Whitening(prediction, estimate_noise(prediction, predicted), predicted)) == pytest.approx(
+    assert _likeliest_zeros(prediction, BandWhitening(prediction, estimate_noise(prediction, predicted), predicted)) == pytest.approx(
         [expected], abs=1e-3
     )
 

@@ -44,7 +44,7 @@ def objective(kind: Kind) -> Objective:
 def test_a_channel_weighs_by_its_rms_and_in_eq_9_by_its_sum() -> None:
     one = objective("relative")
     for channel in ("F", "M"):
-        places = one.places(channel)
+        places = one.prediction.places(channel)
         measured = one.prediction.measured[places]
         assert measured.size == TIMES.size
         assert one.weights[places] == pytest.approx(np.full(50, 1 / (ASSUMED_SD * np.sqrt(np.mean(measured**2)))))

@@ -12,12 +12,12 @@ from evat.gap import diagnose_with
 from evat.gap.search import compare as comparing
 from evat.gap.search import recalibration
 from evat.identification import Settings, identify
+from evat.inference.band_whitening import BandWhitening
 from evat.inference.clocks import with_clocks
 from evat.inference.fit import Fit
 from evat.inference.noise.ends import unsure_ends
 from evat.inference.prediction import Prediction
 from evat.inference.setup.clock import sample_times
-from evat.inference.whitening import Whitening
 from evat.model import FloatArray, Run
 from evat.models.contact import ContactModel
 
@@ -156,7 +156,7 @@ def test_no_clock_stands_in_for_what_is_still_to_be_found(monkeypatch: pytest.Mo
     monkeypatch.setattr(comparing, "_offered", lambda _: [])
     looked = list[float]()
 
-    def noted(prediction: Prediction, whitening: Whitening, fitted: Fit) -> dict[str, float]:
+    def noted(prediction: Prediction, whitening: BandWhitening, fitted: Fit) -> dict[str, float]:
         looked.append(fitted.likelihood.size)
         return {}
 

@@ -7,12 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from evat.experiment import Experiment, SetupSd
+from evat.inference.band_whitening import BandWhitening
 from evat.inference.discrepancy import likelihood
 from evat.inference.law.initial_state import with_initial_state
 from evat.inference.noise.ends import dying_away, unsure_ends
 from evat.inference.noise.estimate import estimate_noise
 from evat.inference.prediction import Prediction
-from evat.inference.whitening import Whitening
 from evat.models.contact import ContactModel
 from independent_lugre import NOISE, TIMES, VALUES, world
 
@@ -70,7 +70,7 @@ def test_the_ends_do_not_decide() -> None:
     """A model that is wrong nowhere but there, as far as it may be, lost a hundred of log likelihood to one that guessed right."""
     prediction = with_initial_state(Prediction(ContactModel(threads=1), in_motion()))
     predicted = prediction.one()
-    whitening = Whitening(prediction, estimate_noise(prediction, predicted), predicted)
+    whitening = BandWhitening(prediction, estimate_noise(prediction, predicted), predicted)
     wrong = predicted + np.concatenate([unsure_ends(prediction, s, predicted[s.at]) for s in prediction.segments])
     right, other = (likelihood(whitening, whitening.sums(row, np.empty((row.size, 0))), np.empty(0)).log for row in (predicted, wrong))
     assert right - other == pytest.approx(0, abs=15)

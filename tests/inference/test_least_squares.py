@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from evat.inference.band_whitening import BandWhitening
 from evat.inference.discrepancy import likelihood
 from evat.inference.fit import fit
 from evat.inference.least_squares import least_squares
 from evat.inference.noise.estimate import estimate_noise
 from evat.inference.parameters import nominal_parameters
 from evat.inference.prediction import Prediction
-from evat.inference.whitening import Whitening
 from evat.model import FloatArray
 from toy import Toy, measured
 
@@ -52,13 +52,13 @@ def test_each_point_is_looked_at_once_and_none_is_taken_that_does_not_run(method
 
 
 @pytest.fixture(scope="module")
-def weighed() -> tuple[Prediction, Whitening]:
+def weighed() -> tuple[Prediction, BandWhitening]:
     prediction = Prediction(Toy(), measured(["bend"], {"bend.c": 0.2}, conditions=2, repeats=2))
     predicted = prediction.one()
-    return prediction, Whitening(prediction, estimate_noise(prediction, predicted), predicted)
+    return prediction, BandWhitening(prediction, estimate_noise(prediction, predicted), predicted)
 
 
-def test_the_likelihood_is_a_sum_of_squares_with_its_slopes(weighed: tuple[Prediction, Whitening]) -> None:
+def test_the_likelihood_is_a_sum_of_squares_with_its_slopes(weighed: tuple[Prediction, BandWhitening]) -> None:
     prediction, whitening = weighed
     parameters = nominal_parameters(prediction.model, prediction.experiment)
     start = np.full(len(parameters), 0.5)
@@ -76,7 +76,7 @@ def test_the_likelihood_is_a_sum_of_squares_with_its_slopes(weighed: tuple[Predi
         assert 2 * (row @ slopes)[place] == pytest.approx(-2 * (beside[1] - beside[0]) / 2e-3, rel=1e-3)
 
 
-def test_a_fit_ends_at_the_likeliest_point_and_within_bounds(weighed: tuple[Prediction, Whitening]) -> None:
+def test_a_fit_ends_at_the_likeliest_point_and_within_bounds(weighed: tuple[Prediction, BandWhitening]) -> None:
     """Wherever it starts; where a bound lies before it, at the bound."""
     prediction, whitening = weighed
     parameters = nominal_parameters(prediction.model, prediction.experiment)

@@ -14,10 +14,10 @@ from evat.gap.search.compare import compare
 from evat.identification import Settings, identify
 from evat.identification.objective import Kind
 from evat.inference.checks import opposed, unit_ratio
-from evat.inference.generalised_least_squares import Whitener
 from evat.inference.noise.autoregression import WHITE, autoregression, impulse_response
 from evat.inference.noise.estimate import differing, estimate_noise, random_effects, repeatability, without_jumps
 from evat.inference.prediction import Prediction
+from evat.inference.sample_whitening import SampleWhitening
 from evat.model import FloatArray
 from known_rigs import FREE, MODEL, TIMES, TO_AND_FRO, TRUTH, exact, experiment, force, trial
 from scipy.signal import lfilter
@@ -109,7 +109,7 @@ def test_whitening_makes_the_covariance_one() -> None:
     noise = replace(
         noise, filters={"friction_force": filter_}, sizes=np.array([0.2, 0.3]), spread={"friction_force": np.array([0.05, 0.4, 1e-3])}
     )
-    whiten = Whitener(prediction, noise, predicted)
+    whiten = SampleWhitening(prediction, noise, predicted)
     matrix = whiten(np.eye(240))
     A = np.eye(120) - 0.6 * np.eye(120, k=-1)
     for place, size in enumerate((0.2, 0.3)):
@@ -130,7 +130,7 @@ def test_a_short_recording_is_whitened_whole() -> None:
     filter_, size = np.array([1.0, -0.6]), 0.3
     noise = estimate_noise(prediction, prediction.one(), prior=False)
     noise = replace(noise, filters={"friction_force": filter_}, sizes=np.array([size]))
-    W = Whitener(prediction, noise, prediction.one())(np.eye(25))
+    W = SampleWhitening(prediction, noise, prediction.one())(np.eye(25))
     S = size**2 / (1 - 0.6**2) * 0.6 ** np.abs(np.subtract.outer(np.arange(25), np.arange(25)))
     assert pytest.approx(np.eye(25), abs=1e-9) == W @ S @ W.T
 

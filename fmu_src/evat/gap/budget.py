@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from evat.constants import CONSTANTS
+from evat.inference.band_whitening import BandWhitening
 from evat.inference.noise.autoregression import impulse_response
-from evat.inference.noise.estimate import differing
-from evat.inference.whitening import Whitening
+from evat.inference.noise.estimate import between_trials
 from evat.model import FloatArray
 
 
@@ -32,7 +32,7 @@ class Squares:
         return self.noise + self.repeatability
 
 
-def squares(whitening: Whitening, predicted: FloatArray, conditions: set[str] | None = None) -> dict[str, Squares]:
+def squares(whitening: BandWhitening, predicted: FloatArray, conditions: set[str] | None = None) -> dict[str, Squares]:
     """Of each channel; over some conditions only, where they are given."""
     noise, prediction = whitening.noise, whitening.prediction
     sums: dict[str, FloatArray] = {}
@@ -45,8 +45,8 @@ def squares(whitening: Whitening, predicted: FloatArray, conditions: set[str] | 
             response = impulse_response(noise.filters[group.channel])
             within *= float(np.sum(response**2))
             alike = _alike(response)
-            times = prediction.experiment.trials[prediction.segments[group.members[0]].trial].times
-            between = np.sum((differing(predicted[group.at], times) * noise.spread[group.channel]) ** 2, axis=1)
+            first = prediction.segments[group.members[0]]
+            between = np.sum(between_trials(prediction, noise, first, predicted) ** 2, axis=1)
         residual = whitening.residual_of_any_start(predicted, place)
         by_start = whitening.residual(predicted, place) - residual
         alone = sum(
@@ -85,12 +85,12 @@ def is_visible(table: Mapping[str, Squares]) -> bool:
     return any(own.structural > sd * own.unsure + share * own.floor for own in table.values())
 
 
-def structural(whitening: Whitening, predicted: FloatArray) -> float:
+def structural(whitening: BandWhitening, predicted: FloatArray) -> float:
     """Structural mean square of all channels, each in that of its rms."""
     return sum(own.structural / whitening.levels[channel] ** 2 for channel, own in squares(whitening, predicted).items())
 
 
-def structural_share(whitening: Whitening, predicted: FloatArray, reference: FloatArray, conditions: set[str] | None = None) -> float:
+def structural_share(whitening: BandWhitening, predicted: FloatArray, reference: FloatArray, conditions: set[str] | None = None) -> float:
     """The structural mean square that one prediction leaves, in that of another; channels weighed by their rms. A channel in which the
     other leaves nothing but noise has no say, unless all are so."""
     left, before, levels = squares(whitening, predicted, conditions), squares(whitening, reference, conditions), whitening.levels

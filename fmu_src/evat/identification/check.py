@@ -40,7 +40,7 @@ def check_signs(objective: Objective) -> None:
     prediction = objective.prediction
     nominal = prediction.one(objective.values, objective.on)
     for channel in objective.channels:
-        places = objective.places(channel)
+        places = prediction.places(channel)
         if not np.all(np.isfinite(nominal[places])):
             raise ExperimentError(f"{channel}: the nominal model fails on this record; check its values against the units of the inputs.")
         if (correlation := opposed(prediction.measured[places], nominal[places])) is not None:
@@ -55,7 +55,8 @@ def suspicious_scales(objective: Objective) -> list[str]:
     prediction, sentences = objective.prediction, []
     nominal = prediction.one(objective.values, objective.on)
     for channel in objective.channels:
-        measured, calculated = prediction.measured[objective.places(channel)], nominal[objective.places(channel)]
+        places = prediction.places(channel)
+        measured, calculated = prediction.measured[places], nominal[places]
         if (ratio := unit_ratio(measured, calculated)) is not None:
             sentences.append(
                 f"{channel}: measured is {ratio:.3g} times what the nominal model gives (rms {rms(measured):.4g} against "

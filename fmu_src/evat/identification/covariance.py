@@ -15,8 +15,8 @@ from evat.identification.fits import fits_of, unexplained
 from evat.identification.held import moved_by_held
 from evat.identification.objective import Objective
 from evat.identification.result import ChannelFit
-from evat.inference.generalised_least_squares import Whitener
 from evat.inference.noise.autoregression import WHITE, autoregression, correlated, innovation_sd
+from evat.inference.sample_whitening import SampleWhitening
 from evat.model import FloatArray
 
 LOOSE = 1e3  # sd, in widths of the bounds, that a parameter without any influence gets
@@ -40,14 +40,14 @@ class Loss:
     """What is summed up: `weigh` makes residuals or slopes those of unit variance, `sd[channel]` is the usual sd of a number [its unit],
     `bend` the scale from which the loss is no square any more (inf: none), `magnitudes` whether it is a rounded-off magnitude there."""
 
-    weigh: Weights | Whitener
+    weigh: Weights | SampleWhitening
     sd: Mapping[str, float]
     bend: float = np.inf
     magnitudes: bool = False
 
     @property
     def whitened(self) -> bool:
-        return isinstance(self.weigh, Whitener)
+        return isinstance(self.weigh, SampleWhitening)
 
     def __call__(self, residual: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """rho, psi = rho', psi' of weighted residuals; rho is r^2/2 near zero."""
@@ -141,7 +141,7 @@ def _astray(objective: Objective, fits: Mapping[str, ChannelFit], table: FloatAr
     can lead them astray at most (Cauchy and Schwarz)."""
     missed = np.zeros(len(table))
     for channel, fit in fits.items():
-        missed[objective.places(channel)] = unexplained(fit)
+        missed[objective.prediction.places(channel)] = unexplained(fit)
     if not np.any(missed):
         return np.zeros(table.shape[1])
     scaled = table * objective.weights[:, None]
@@ -177,9 +177,9 @@ def _degrees(objective: Objective, loss: Loss, table: FloatArray, covariance: Fl
     count = size - covariance.shape[0]
     if not all(objective.has_sd(channel) for channel in channels):
         # the scale of the noise is estimated from the residual, of each channel apart: that with the fewest numbers knows it worst
-        count = int(count / size * min(int(objective.places(channel).sum()) for channel in channels))
+        count = int(count / size * min(objective.prediction.places(channel).size for channel in channels))
     within = float(max(count, 1))
-    if not isinstance(loss.weigh, Whitener) or not loss.weigh.mixed:
+    if not isinstance(loss.weigh, SampleWhitening) or not loss.weigh.mixed:
         return np.full(covariance.shape[0], within)
     slopes = loss.weigh.within()(table)
     noise = np.diag(_inverse(slopes.T @ slopes / unit))
@@ -203,6 +203,6 @@ def _innovation_sd(objective: Objective, filters: Mapping[str, FloatArray], psi:
     """sd of the innovations of each number, (N,)."""
     rows, sd = objective.prediction.recordings(psi), np.ones(psi.size)
     for channel in objective.channels:
-        places = objective.places(channel)
+        places = objective.prediction.places(channel)
         sd[places] = innovation_sd(filters.get(channel, WHITE), rows.get(channel, [psi[places]]))
     return sd

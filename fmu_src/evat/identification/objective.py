@@ -13,7 +13,6 @@ from collections.abc import Mapping, Sequence
 from typing import Literal, get_args
 
 import numpy as np
-import numpy.typing as npt
 
 from evat.constants import CONSTANTS
 from evat.experiment import ExperimentError
@@ -45,7 +44,7 @@ class Objective:
         measured, scale = prediction.measured, np.empty_like(prediction.measured)
         self.shares = np.empty_like(measured)  # of |residual| in eq. 9
         for channel in self.channels:
-            places = self.places(channel)
+            places = prediction.places(channel)
             whole, rms = float(np.abs(measured[places]).sum()), float(np.sqrt(np.mean(measured[places] ** 2)))
             if rms == 0:
                 raise ExperimentError(
@@ -57,14 +56,6 @@ class Objective:
         stated = stated_sd(prediction)
         self._stated = np.isfinite(stated)
         self.weights: FloatArray = 1 / np.where(np.isfinite(stated), stated, scale)
-
-    def places(self, channel: str) -> npt.NDArray[np.bool_]:
-        """Which numbers of the long vector belong to a channel: a mask."""
-        mask = np.zeros(self.prediction.measured.size, dtype=bool)
-        for segment in self.prediction.segments:
-            if segment.channel == channel:
-                mask[segment.at] = True
-        return mask
 
     @property
     def at_once(self) -> int:
@@ -79,7 +70,7 @@ class Objective:
 
     def has_sd(self, channel: str) -> bool:
         """Whether an sd came with every number of a channel."""
-        return bool(self._stated[self.places(channel)].all())
+        return bool(self._stated[self.prediction.places(channel)].all())
 
     @property
     def held_sd(self) -> dict[str, float]:

@@ -13,10 +13,10 @@ import numpy as np
 
 from evat.identification.covariance import Loss, Optimum, Weights, optimum_at
 from evat.identification.objective import HUBER, LANES, Objective
-from evat.inference.generalised_least_squares import Whitener
 from evat.inference.least_squares import least_squares
 from evat.inference.noise.autoregression import impulse_response
 from evat.inference.noise.estimate import Noise, estimate_noise
+from evat.inference.sample_whitening import SampleWhitening
 from evat.model import FloatArray
 
 SMOOTH = 0.1  # of the residual's spread: below it the magnitude of eq. 9 is rounded off, lest its slope jump
@@ -126,7 +126,7 @@ def polish(
 
 def _plain(objective: Objective) -> Loss:
     """Least squares by the scales that a search goes by."""
-    usual = {channel: 1 / float(np.median(objective.weights[objective.places(channel)])) for channel in objective.channels}
+    usual = {channel: 1 / float(np.median(objective.weights[objective.prediction.places(channel)])) for channel in objective.channels}
     return Loss(Weights(objective.weights), usual)
 
 
@@ -136,7 +136,7 @@ def _loss(objective: Objective, point: FloatArray, whiten: bool) -> Loss:
     noise = estimate_noise(objective.prediction, predicted, prior=False, from_residual=True)
     sd = _usual_sd(objective, noise)
     if objective.kind == "least_squares" and whiten:
-        return Loss(Whitener(objective.at(point), noise, predicted), sd)
+        return Loss(SampleWhitening(objective.at(point), noise, predicted), sd)
     weights = _weights(objective, predicted - objective.prediction.measured)
     if objective.kind == "huber":
         return Loss(Weights(weights), sd, HUBER)
@@ -160,7 +160,7 @@ def _weights(objective: Objective, residual: FloatArray) -> FloatArray:
     weights = objective.weights.copy()
     robust = objective.kind != "least_squares"
     for channel in objective.channels:
-        places = objective.places(channel)
+        places = objective.prediction.places(channel)
         if channel not in objective.noise and not objective.has_sd(channel):
             left = residual[places]
             spread = float(np.median(np.abs(left)) / 0.6745) if robust else float(np.sqrt(np.mean(left**2)))

@@ -13,12 +13,12 @@ from dataclasses import replace
 import numpy as np
 
 from evat.constants import CONSTANTS
+from evat.inference.band_whitening import BandWhitening
 from evat.inference.discrepancy import likelihood
 from evat.inference.fit import Fit
 from evat.inference.parameters import Parameter
 from evat.inference.prediction import Prediction
 from evat.inference.setup.setup_errors import CLOCK, by_channel
-from evat.inference.whitening import Whitening
 from evat.model import FloatArray
 
 
@@ -43,7 +43,7 @@ def with_clocks(prediction: Prediction, values: Mapping[str, float | str] | None
     return prediction.sampled_at(held)
 
 
-def likeliest_clocks(prediction: Prediction, whitening: Whitening, fitted: Fit) -> dict[str, float]:
+def likeliest_clocks(prediction: Prediction, whitening: BandWhitening, fitted: Fit) -> dict[str, float]:
     """By channel, how late it was [s], to a fraction of what `with_clocks` tells: one after the other, other parameters following each.
     Empty where that tells none."""
     clocks = _clocks(prediction, fitted.values)
@@ -73,7 +73,7 @@ def _clocks(prediction: Prediction, values: Mapping[str, float | str] | None) ->
     return {channel: p for p in prediction.setup.parameters for channel, kind in [by_channel(p.name)] if kind == CLOCK}
 
 
-def _log_followed(whitening: Whitening, predicted: FloatArray, slopes: FloatArray, point: FloatArray, follow: Sequence[int]) -> float:
+def _log_followed(whitening: BandWhitening, predicted: FloatArray, slopes: FloatArray, point: FloatArray, follow: Sequence[int]) -> float:
     """Log likelihood where those parameters that follow have gone to where it is largest, if they enter linearly."""
     if not np.all(np.isfinite(predicted)):
         return -np.inf

@@ -12,8 +12,8 @@ from functools import cache
 import numpy as np
 
 from evat.constants import CONSTANTS
+from evat.inference.band_whitening import BandWhitening, Sums
 from evat.inference.law.initial_state import RANDOM
-from evat.inference.whitening import Sums, Whitening
 from evat.model import BoolArray, FloatArray
 
 
@@ -53,7 +53,7 @@ def _factor_of_inverse(covariance: FloatArray) -> FloatArray:
 
 
 def likelihood(
-    whitening: Whitening,
+    whitening: BandWhitening,
     sums: Sums,
     point: FloatArray,
     *,

@@ -13,12 +13,12 @@ from typing import TypeVar
 import numpy as np
 
 from evat.constants import CONSTANTS
+from evat.inference.band_whitening import BandWhitening, Sums
 from evat.inference.discrepancy import Likelihood, likelihood
 from evat.inference.least_squares import least_squares
 from evat.inference.parameters import Parameter
 from evat.inference.prediction import OWN, Prediction
 from evat.inference.spike_and_slab import log_evidence_of_spikes
-from evat.inference.whitening import Sums, Whitening
 from evat.model import BoolArray, FloatArray
 
 Looked = TypeVar("Looked", bound="Look")
@@ -65,7 +65,7 @@ class Fit(Look):
                 own.setdefault(variable, {})[where] = float(value)
         return own
 
-    def again(self, whitening: Whitening) -> Fit:
+    def again(self, whitening: BandWhitening) -> Fit:
         """The same point, judged by what is forgiven now."""
         judged = likelihood(whitening, self.sums, self.point)
         return replace(self, likelihood=charged(judged, self.parameters, self.point, self.fixed, self.on))
@@ -73,7 +73,7 @@ class Fit(Look):
 
 def fit(
     prediction: Prediction,
-    whitening: Whitening,
+    whitening: BandWhitening,
     parameters: Sequence[Parameter],
     start: FloatArray,
     on: Sequence[str] = (),

@@ -6,11 +6,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from evat.gap.search.starts.screen import Screen, Start
+from evat.inference.band_whitening import BandWhitening
 from evat.inference.fit import Fit
 from evat.inference.hypothesis import Hypothesis
 from evat.inference.parameters import Scales
 from evat.inference.prediction import Prediction
-from evat.inference.whitening import Whitening
 from evat.model import Effect, FloatArray, Model
 
 Progress = Callable[[str, float], None]  # what is done now, and which share of the whole is behind it
@@ -26,7 +26,7 @@ class Candidates:
     """
 
     prediction: Prediction
-    whitening: Whitening
+    whitening: BandWhitening
     recalibrated: Fit
     offered: Sequence[Effect]
     tell: Progress

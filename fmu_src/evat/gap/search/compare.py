@@ -16,6 +16,7 @@ from evat.gap.search.part import part_of
 from evat.gap.search.recalibration import NO_RUN, disbelieving, must, recalibrated_model
 from evat.gap.search.rival_laws import try_rival_laws
 from evat.gap.search.singles import try_singles
+from evat.inference.band_whitening import BandWhitening
 from evat.inference.clocks import with_clocks
 from evat.inference.fit import Fit, fit
 from evat.inference.hypothesis import Hypothesis
@@ -23,7 +24,6 @@ from evat.inference.law.initial_state import begun, in_motion, with_initial_stat
 from evat.inference.noise.estimate import Noise, estimate_noise
 from evat.inference.parameters import at_usual_references
 from evat.inference.prediction import Prediction, at_tolerance_of_records
-from evat.inference.whitening import Whitening
 from evat.model import Effect, FloatArray, SimulationError
 from evat.required_inputs import KINEMATICS
 
@@ -39,7 +39,7 @@ class Comparison:
 
     prediction: Prediction
     noise: Noise
-    whitening: Whitening
+    whitening: BandWhitening
     nominal: Fit
     set_up: Fit
     recalibrated: Fit
@@ -72,7 +72,7 @@ def compare(prediction: Prediction, report: Progress | None = None, perturbed: P
         prediction = prediction.each_apart()  # lines whose phase differs from repeat to repeat
     floors = {s.channel: float(noise.sizes[place]) for place, s in enumerate(prediction.segments)}
     audited = audit(prediction, predicted, floors, numerical)
-    whitening = Whitening(prediction, noise, predicted, numerical, by_inputs)
+    whitening = BandWhitening(prediction, noise, predicted, numerical, by_inputs)
     if audited.refused:
         nominal = must(fit(prediction.sampled_at({}), whitening, (), np.empty(0)))
         return Comparison(prediction, noise, whitening, nominal, nominal, nominal, {}, {}, (), {}, audited)
@@ -117,7 +117,7 @@ class _Searched:
 
 def _searched(
     prediction: Prediction,
-    whitening: Whitening,
+    whitening: BandWhitening,
     recalibrated: Fit,
     audited: Audit,
     numerical: FloatArray,
@@ -155,7 +155,7 @@ def _offered(prediction: Prediction) -> list[Effect]:
 
 
 def _with_slopes_over_intervals(
-    prediction: Prediction, whitening: Whitening, recalibrated: Fit, models: Mapping[Hypothesis, Fit]
+    prediction: Prediction, whitening: BandWhitening, recalibrated: Fit, models: Mapping[Hypothesis, Fit]
 ) -> tuple[Prediction, Fit, dict[Hypothesis, Fit]]:
     """What was fitted, where it stands, with the slopes by which it is judged: where forces jump, those of a search are rough."""
     if not prediction.jumps:
@@ -168,7 +168,7 @@ def _with_slopes_over_intervals(
     return prediction, again(recalibrated), {on: again(own) for on, own in models.items()}
 
 
-def _believed(prediction: Prediction, whitening: Whitening, recalibrated: Fit, models: Mapping[Hypothesis, Fit]) -> Fit:
+def _believed(prediction: Prediction, whitening: BandWhitening, recalibrated: Fit, models: Mapping[Hypothesis, Fit]) -> Fit:
     """The recalibrated model, or that with other nominal values than their owner believes, where it beats every other clearly."""
     free = disbelieving(prediction, whitening, recalibrated)
     best = max(each.likelihood.evidence for each in (recalibrated, *models.values()))
@@ -183,7 +183,9 @@ def _search(candidates: Candidates, acting: Sequence[Effect]) -> Candidates:
     return candidates
 
 
-def _fitted_to_all(prediction: Prediction, whitening: Whitening, tried: Mapping[Hypothesis, Fit], tell: Progress) -> dict[Hypothesis, Fit]:
+def _fitted_to_all(
+    prediction: Prediction, whitening: BandWhitening, tried: Mapping[Hypothesis, Fit], tell: Progress
+) -> dict[Hypothesis, Fit]:
     """The best of what was fitted to a part: the likeliest of each size, since evidence of a part favours few effects; and the
     effects of a pair alone, against which it is judged."""
     ranked = sorted(tried, key=lambda on: -tried[on].likelihood.evidence)

@@ -8,14 +8,14 @@ from dataclasses import replace
 import numpy as np
 
 from evat.constants import CONSTANTS
+from evat.inference.band_whitening import BandWhitening
 from evat.inference.fit import Fit, fit
 from evat.inference.hypothesis import Hypothesis
 from evat.inference.prediction import Prediction
-from evat.inference.whitening import Whitening
 
 
 def with_form_of_law(
-    prediction: Prediction, whitening: Whitening, recalibrated: Fit, models: Mapping[Hypothesis, Fit]
+    prediction: Prediction, whitening: BandWhitening, recalibrated: Fit, models: Mapping[Hypothesis, Fit]
 ) -> tuple[Fit, dict[Hypothesis, Fit], dict[str, float]]:
     """The recalibrated model and all others, each with what of its best fit is the form of the base law; sets with an effect that is only
     that are gone, and stand for what is left of them. And how far the forms that were tried alone are from the base law as it was fitted
@@ -47,7 +47,7 @@ def _formed(whole: Fit) -> Fit:
     return replace(whole, likelihood=replace(whole.likelihood, evidence=whole.likelihood.evidence - CONSTANTS.evidence_of_form))
 
 
-def without(prediction: Prediction, whitening: Whitening, whole: Fit, effects: Collection[str]) -> Fit | None:
+def without(prediction: Prediction, whitening: BandWhitening, whole: Fit, effects: Collection[str]) -> Fit | None:
     """A fit without some of its effects, fitted anew."""
     own = {v.name for effect in prediction.model.effects if effect.name in effects for v in effect.variables}
     kept = [place for place, parameter in enumerate(whole.parameters) if parameter.name not in own]
@@ -55,7 +55,7 @@ def without(prediction: Prediction, whitening: Whitening, whole: Fit, effects: C
     return fit(prediction, whitening, [whole.parameters[place] for place in kept], whole.point[kept], on, fixed=whole.fixed)
 
 
-def _share(prediction: Prediction, whitening: Whitening, whole: Fit, beside: Fit) -> float:
+def _share(prediction: Prediction, whitening: BandWhitening, whole: Fit, beside: Fit) -> float:
     """The largest difference of both in a channel, in the root mean square of what was measured there."""
     apart = whole.predicted - beside.predicted
     return max(

@@ -9,10 +9,10 @@ from evat.gap.search.candidates import Candidates, allowed
 from evat.gap.search.form import without
 from evat.gap.search.starts.linear import linear_fit
 from evat.gap.search.starts.screen import Start
+from evat.inference.band_whitening import BandWhitening
 from evat.inference.fit import Fit, fit
 from evat.inference.hypothesis import NOMINAL, Hypothesis
 from evat.inference.prediction import Prediction
-from evat.inference.whitening import Whitening
 from evat.model import FloatArray
 
 
@@ -92,7 +92,7 @@ def _swap(candidates: Candidates) -> None:
         _fit_beside(candidates, key, base, start, np.concatenate([base.point, start.point]))
 
 
-def polish(prediction: Prediction, whitening: Whitening, models: dict[Hypothesis, Fit]) -> None:
+def polish(prediction: Prediction, whitening: BandWhitening, models: dict[Hypothesis, Fit]) -> None:
     """Where a pair went further than its first effect alone, that goes on from there: a second effect is not paid for a longer way."""
     pairs = {key: model for key, model in models.items() if len(key) > 1}
     best = max((model.likelihood.evidence for key, model in models.items() if len(key) == 1), default=0.0)

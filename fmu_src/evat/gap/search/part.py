@@ -10,11 +10,11 @@ import numpy.typing as npt
 from evat.constants import CONSTANTS
 from evat.experiment import Experiment
 from evat.gap.search.portion import portion
+from evat.inference.band_whitening import BandWhitening
 from evat.inference.discrepancy import likelihood
 from evat.inference.fit import Fit
 from evat.inference.noise.estimate import Noise
 from evat.inference.prediction import Prediction
-from evat.inference.whitening import Whitening
 from evat.model import FloatArray
 
 
@@ -25,7 +25,7 @@ class SearchedPart:
     prediction: Prediction
     rows: npt.NDArray[np.intp]
 
-    def whitening(self, whole: Whitening, predicted: FloatArray, numerical: FloatArray, by_inputs: FloatArray | None) -> Whitening:
+    def whitening(self, whole: BandWhitening, predicted: FloatArray, numerical: FloatArray, by_inputs: FloatArray | None) -> BandWhitening:
         """With the noise of the whole. predicted, numerical, by_inputs : of the whole, (N,)."""
         noise, sizes = whole.noise, np.empty(len(self.prediction.segments))
         starts = {segment.at.start: place for place, segment in enumerate(whole.prediction.segments)}
@@ -33,9 +33,9 @@ class SearchedPart:
             sizes[place] = noise.sizes[starts[int(self.rows[segment.at.start])]]
         own = Noise(noise.filters, sizes, noise.spread, noise.degrees, noise.irregular)
         inputs = None if by_inputs is None else by_inputs[self.rows]
-        return Whitening(self.prediction, own, predicted[self.rows], numerical[self.rows], inputs)
+        return BandWhitening(self.prediction, own, predicted[self.rows], numerical[self.rows], inputs)
 
-    def fit(self, whole: Fit, whitening: Whitening) -> Fit:
+    def fit(self, whole: Fit, whitening: BandWhitening) -> Fit:
         """A fit to the whole as it stands here."""
         predicted, slopes = whole.predicted[self.rows], whole.slopes[self.rows]
         sums = whitening.sums(predicted, slopes)

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from evat.constants import CONSTANTS
+from evat.inference.band_whitening import BandWhitening
 from evat.inference.clocks import likeliest_clocks
 from evat.inference.discrepancy import likelihood
 from evat.inference.fit import Fit, fit
@@ -17,7 +18,6 @@ from evat.inference.noise.estimate import Noise, estimate_noise
 from evat.inference.parameters import Parameter, form_parameters, nominal_parameters
 from evat.inference.prediction import Linearised, Prediction
 from evat.inference.setup.setup_errors import CLOCK, by_channel
-from evat.inference.whitening import Whitening
 from evat.inference.zeros_between_trials import tried_zeros
 from evat.model import FloatArray, SimulationError
 
@@ -25,8 +25,8 @@ NO_RUN = "the nominal model does not run on this experiment; simulate it on its 
 
 
 def recalibrated_model(
-    prediction: Prediction, whitening: Whitening, numerical: FloatArray, by_inputs: FloatArray | None
-) -> tuple[Prediction, Noise, Whitening, Fit]:
+    prediction: Prediction, whitening: BandWhitening, numerical: FloatArray, by_inputs: FloatArray | None
+) -> tuple[Prediction, Noise, BandWhitening, Fit]:
     """The nominal model at its best, with the noise and the whitening that follow from it; then every model is forgiven what an effect of a
     slightly other form would leave. Shapes of the law enter the prediction linearly from there on."""
     model, experiment, zeros = prediction.model, prediction.experiment, prediction.input_zeros
@@ -39,7 +39,7 @@ def recalibrated_model(
     own = tuple(parameter for parameter, does in zip(law, acts, strict=True) if does)  # of the law that is there
     prediction, predicted = _begun(prediction, first)
     noise = estimate_noise(prediction, predicted)
-    whitening = Whitening(prediction, noise, predicted, numerical, by_inputs)
+    whitening = BandWhitening(prediction, noise, predicted, numerical, by_inputs)
     recalibrated = _trusted(prediction, whitening, (*own, *zeros), np.concatenate([first.point[: len(law)][acts], first.point[len(law) :]]))
     forms = (*form_parameters(model, experiment), *zeros)
     if forms:
@@ -56,7 +56,7 @@ def recalibrated_model(
     return prediction, noise, whitening, recalibrated.again(whitening)
 
 
-def _clocked(prediction: Prediction, whitening: Whitening, fitted: Fit) -> tuple[Prediction, Fit]:
+def _clocked(prediction: Prediction, whitening: BandWhitening, fitted: Fit) -> tuple[Prediction, Fit]:
     """The prediction with runs sampled where the fit tells that each channel was, and the fit to these.
 
     As they are where the fit leaves more than the form of a law does, or where runs that are sampled there are less likely than they were,
@@ -84,7 +84,12 @@ def farthest_shift(prediction: Prediction, fitted: Fit) -> float:
 
 
 def _shaped(
-    prediction: Prediction, whitening: Whitening, recalibrated: Fit, own: Sequence[Parameter], forms: Sequence[Parameter], at: FloatArray
+    prediction: Prediction,
+    whitening: BandWhitening,
+    recalibrated: Fit,
+    own: Sequence[Parameter],
+    forms: Sequence[Parameter],
+    at: FloatArray,
 ) -> tuple[Prediction, Fit]:
     """The prediction with shapes of the law about where they do best, and the fit with these. A shape is held elsewhere than where it began
     only where that earns something: a law with such a shape may take ten times as long to run."""
@@ -107,7 +112,7 @@ def _shaped(
     return best
 
 
-def disbelieving(prediction: Prediction, whitening: Whitening, recalibrated: Fit) -> Fit | None:
+def disbelieving(prediction: Prediction, whitening: BandWhitening, recalibrated: Fit) -> Fit | None:
     """The nominal model at its best if nobody were sure of its values; from those, since recalibration has other values stand in for one
     that may not move as far as it must. None where the model does not run."""
     nominal, least = prediction.experiment.nominal.values, CONSTANTS.disbelief
@@ -126,7 +131,7 @@ def _begun(prediction: Prediction, first: Fit) -> tuple[Prediction, FloatArray]:
     return prediction, first.predicted if prediction.starts == before else prediction.one(first.values, first.on)
 
 
-def _likeliest_zeros(prediction: Prediction, whitening: Whitening) -> FloatArray:
+def _likeliest_zeros(prediction: Prediction, whitening: BandWhitening) -> FloatArray:
     """Where each zero of an input is looked for, in its prior standard deviations: a contact at rest that creeps by it is far from
     linear in it."""
     best = []
@@ -160,7 +165,7 @@ def _linearised(
     return prediction.linearise([Linearised(form, float(u), column) for form, u, column in zip(forms, at, columns, strict=True)])
 
 
-def _trusted(prediction: Prediction, whitening: Whitening, parameters: Sequence[Parameter], start: FloatArray) -> Fit:
+def _trusted(prediction: Prediction, whitening: BandWhitening, parameters: Sequence[Parameter], start: FloatArray) -> Fit:
     """A fit that the whitening then trusts as far as what it leaves allows."""
     trusted = must(fit(prediction, whitening, parameters, start, most_steps=0))
     for _ in range(2):

@@ -11,13 +11,13 @@ from evat.gap.budget import is_visible, squares
 from evat.gap.search.candidates import Candidates
 from evat.gap.search.recalibration import farthest_shift
 from evat.gap.search.starts.screen import Start
+from evat.inference.band_whitening import BandWhitening
 from evat.inference.discrepancy import likelihood
 from evat.inference.fit import Fit, Look, charged, fit, likeliest
 from evat.inference.hypothesis import Hypothesis
 from evat.inference.parameters import Parameter
 from evat.inference.prediction import Prediction
 from evat.inference.setup.setup_errors import CLOCK, by_channel
-from evat.inference.whitening import Whitening
 from evat.model import Effect, FloatArray
 
 
@@ -127,7 +127,7 @@ def _before(prediction: Prediction, parameter: Parameter, u: float) -> float:
     return prediction.setup.start(parameter) if by_channel(parameter.name)[1] == CLOCK else u
 
 
-def _frozen(prediction: Prediction, whitening: Whitening, base: Fit, start: Start) -> Look | None:
+def _frozen(prediction: Prediction, whitening: BandWhitening, base: Fit, start: Start) -> Look | None:
     """The best point (base's parameters, then the effect's) with the slopes of the base's parameters held where they are."""
     names = [parameter.name for parameter in start.parameters]
     fitted = base.point.size

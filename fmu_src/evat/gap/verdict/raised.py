@@ -12,9 +12,9 @@ import math
 from evat.constants import CONSTANTS
 from evat.gap.budget import squares
 from evat.gap.search.compare import Comparison
+from evat.inference.band_whitening import BandWhitening
 from evat.inference.discrepancy import known
 from evat.inference.fit import Fit
-from evat.inference.whitening import Whitening
 
 
 def raised(comparison: Comparison) -> tuple[str, ...]:
@@ -47,7 +47,7 @@ def _why(comparison: Comparison, channel: str) -> str:
     return f": {' and '.join(reasons)}, so levels count less than shapes" if reasons else ""
 
 
-def _weighed(whitening: Whitening, fit: Fit) -> float:
+def _weighed(whitening: BandWhitening, fit: Fit) -> float:
     """Root mean square of what is left, by the covariance of the noise and of what differs between trials: 1 is noise alone."""
     trust = whitening.trust[..., None, None]
     return math.sqrt(float(known(fit.sums.grams * trust, 1 / whitening.least)[-1, -1]) / float((whitening.counts * whitening.trust).sum()))

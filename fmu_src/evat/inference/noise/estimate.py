@@ -17,7 +17,7 @@ from evat.inference.noise.autoregression import WHITE, autoregression, impulse_r
 from evat.inference.noise.discontinuities import bends
 from evat.inference.noise.irregularity import Irregularity, bursts, irregular, without_lines
 from evat.inference.noise.means import nugget, replicate_sd
-from evat.inference.prediction import Prediction
+from evat.inference.prediction import Prediction, Segment
 from evat.inference.recorded_inputs import in_step, same_motion
 from evat.model import BoolArray, FloatArray, IntArray
 
@@ -55,6 +55,12 @@ def differing(predicted: FloatArray, times: FloatArray) -> FloatArray:
     return np.column_stack([predicted, np.ones_like(predicted), -slope])
 
 
+def between_trials(prediction: Prediction, noise: Noise, segment: Segment, predicted: FloatArray) -> FloatArray:
+    """What gain, zero and clock of a trial change in a segment of it, each by its standard deviation: (L, BETWEEN)."""
+    changes: FloatArray = _basis(prediction, segment, predicted) * noise.spread[segment.channel]
+    return changes
+
+
 def estimate_noise(prediction: Prediction, predicted: FloatArray, *, prior: bool = True, from_residual: bool = False) -> Noise:
     """Noise within trials and random effects between them, from repeats where there are any.
 
@@ -87,7 +93,8 @@ def estimate_noise(prediction: Prediction, predicted: FloatArray, *, prior: bool
                 rows = (rows - rows.mean(axis=0)) * np.sqrt(len(alike) / (len(alike) - 1))
                 degrees[channel] += len(alike) - 1
                 for (place, at), row in zip(alike, rows, strict=True):
-                    basis, shown[place] = _basis(prediction, predicted, place)[at], predicted[prediction.segments[place].at][at]
+                    segment = prediction.segments[place]
+                    basis, shown[place] = _basis(prediction, segment, predicted)[at], predicted[segment.at][at]
                     coefficients, calm = random_effects(basis, row, shown[place])
                     slopes.append((coefficients, basis[calm]))
                     fewer = np.sqrt(row.size / (row.size - BETWEEN))  # numbers than samples, once these were fitted
@@ -220,8 +227,7 @@ def _comparable(prediction: Prediction, places: Sequence[int]) -> list[list[tupl
     return [[(places[each], np.arange(trials[each].times.size)) for each in group] for group in alike]
 
 
-def _basis(prediction: Prediction, predicted: FloatArray, place: int) -> FloatArray:
-    segment = prediction.segments[place]
+def _basis(prediction: Prediction, segment: Segment, predicted: FloatArray) -> FloatArray:
     return differing(predicted[segment.at], prediction.experiment.trials[segment.trial].times)
 
 

@@ -13,7 +13,7 @@ from evat.gap.location import samples_of
 from evat.gap.report.pictures.chart import BLUE, GREY, ORANGE, RED, Line, Style
 from evat.gap.report.words import shown_unit
 from evat.gap.search.compare import Comparison
-from evat.inference.whitening import Group
+from evat.inference.band_whitening import Group
 from evat.model import FloatArray
 
 POINTS = 2000  # of a line

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from evat.inference.band_whitening import BandWhitening, Sums
 from evat.inference.discrepancy import likelihood
 from evat.inference.parameters import Parameter
-from evat.inference.whitening import Sums, Whitening
 from evat.model import FloatArray
 
 
@@ -34,7 +34,7 @@ def expected_evidence(information: FloatArray, point: FloatArray, parameters: Se
 
 
 def linear_fit(
-    whitening: Whitening, sums: Sums, point: FloatArray, parameters: Sequence[Parameter], rounds: int = 3
+    whitening: BandWhitening, sums: Sums, point: FloatArray, parameters: Sequence[Parameter], rounds: int = 3
 ) -> tuple[float, FloatArray]:
     """Evidence and best point (p,) of a model that is linear in its parameters; as `sums` stand at `point`. `parameters` are the last of
     them, whose bounds are kept: one that would leave them stays there."""

@@ -17,8 +17,8 @@ from scipy.signal import find_peaks
 
 from evat.constants import CONSTANTS
 from evat.experiment import Experiment, Trial
+from evat.inference.band_whitening import BandWhitening
 from evat.inference.prediction import Prediction
-from evat.inference.whitening import Whitening
 from evat.model import FloatArray
 from evat.required_inputs import MOTION
 
@@ -44,7 +44,7 @@ class _Course:
     turned: bool
 
 
-def peaks(prediction: Prediction, whitening: Whitening, predicted: FloatArray, unit: str) -> list[Peak]:
+def peaks(prediction: Prediction, whitening: BandWhitening, predicted: FloatArray, unit: str) -> list[Peak]:
     """The highest peaks, the highest first, each with one phase for all and with phases of their own; empty where no motion was recorded or
     nothing is left.
 
@@ -76,7 +76,7 @@ def peaks(prediction: Prediction, whitening: Whitening, predicted: FloatArray, u
     return highest
 
 
-def _courses(prediction: Prediction, whitening: Whitening, predicted: FloatArray, unit: str) -> list[_Course]:
+def _courses(prediction: Prediction, whitening: BandWhitening, predicted: FloatArray, unit: str) -> list[_Course]:
     courses = list[_Course]()
     for place, group in enumerate(whitening.groups):
         segment = prediction.segments[group.members[0]]

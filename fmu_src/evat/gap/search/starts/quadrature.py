@@ -9,10 +9,10 @@ import numpy as np
 from evat.constants import CONSTANTS
 from evat.gap.search.starts.linear import expected_evidence
 from evat.gap.search.starts.periodogram import TIME, WAY, Peak
+from evat.inference.band_whitening import BandWhitening
 from evat.inference.discrepancy import known
 from evat.inference.fit import Fit
 from evat.inference.parameters import Parameter
-from evat.inference.whitening import Whitening
 from evat.model import FloatArray
 
 
@@ -35,7 +35,7 @@ def quadrature(tops: Sequence[Peak], unknown: Sequence[Parameter], sine: tuple[i
 
 
 def in_phase(
-    whitening: Whitening, base: Fit, design: FloatArray, slopes: FloatArray, amplitudes: Sequence[Parameter], sine: tuple[int, int]
+    whitening: BandWhitening, base: Fit, design: FloatArray, slopes: FloatArray, amplitudes: Sequence[Parameter], sine: tuple[int, int]
 ) -> tuple[FloatArray, FloatArray]:
     """Of quadrature points and their slopes (N, 2 k q): each frequency at its best phase, (k, 2), and the slopes there (N, k q)."""
     first, width = base.slopes.shape[1], len(amplitudes)

@@ -20,12 +20,12 @@ from evat.gap.search.starts.linear import expected_evidence, linear_fit
 from evat.gap.search.starts.periodogram import peaks
 from evat.gap.search.starts.plausible import plausible_amplitudes
 from evat.gap.search.starts.quadrature import in_phase, quadrature, sine_of
+from evat.inference.band_whitening import BandWhitening, Sums
 from evat.inference.discrepancy import known
 from evat.inference.fit import Fit
 from evat.inference.law.initial_state import RANDOM
 from evat.inference.parameters import Parameter, Scales, amplitude_parameter, amplitudes, shape_parameter, shapes
 from evat.inference.prediction import OWN, Prediction
-from evat.inference.whitening import Sums, Whitening
 from evat.model import Effect, FloatArray, Variable
 
 
@@ -70,7 +70,7 @@ def _spread(conditions: Sequence[str], most: int) -> list[str]:
 class Screen:
     """Effects tried one after the other beside a fit."""
 
-    def __init__(self, prediction: Prediction, whitening: Whitening, scales: Scales) -> None:
+    def __init__(self, prediction: Prediction, whitening: BandWhitening, scales: Scales) -> None:
         self.prediction, self.whitening, self.scales = prediction, whitening, scales
         self.probe = prediction.of(small(prediction.experiment))
         self._level = np.concatenate([np.full(s.at.stop - s.at.start, whitening.levels[s.channel]) for s in self.probe.segments])

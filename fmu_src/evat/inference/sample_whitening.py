@@ -1,4 +1,7 @@
-"""How are residuals weighed that go together? By the covariance of the noise: autoregressive within a trial, random effects between trials.
+"""How are residuals weighed that go together? Sample by sample, by the noise: autoregressive within a trial, random effects between trials.
+
+An identification goes by this; a diagnosis, which takes a discrepancy of the model for noise, too, goes by bands of frequency
+(band_whitening).
 
 Generalised least squares (Aitken 1936) with the random effects of a linear mixed model (Laird and Ware 1982): with the covariance
 S = size^2 (A' A)^-1 + B D B' of a trial, A the autoregressive filter, B what gain, zero, clock and start change in it, D their variances,
@@ -14,13 +17,13 @@ from scipy.linalg import cholesky, solve_triangular, toeplitz
 
 from evat.constants import CONSTANTS
 from evat.inference.noise.autoregression import WHITE, autocovariance, innovations
-from evat.inference.noise.estimate import Noise, differing
+from evat.inference.noise.estimate import Noise, between_trials
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray
 
 
-class Whitener:
-    """Turns residuals and slopes of an experiment into ones whose noise is independent and of variance 1."""
+class SampleWhitening:
+    """Turns residuals and slopes of an experiment into ones whose noise is independent and of variance 1, sample by sample."""
 
     def __init__(self, prediction: Prediction, noise: Noise, predicted: FloatArray) -> None:
         """predicted : (N,), near the truth: how gain, zero and clock of a trial show."""
@@ -39,10 +42,10 @@ class Whitener:
             white[segment.at.stop - len(inner) : segment.at.stop] = inner
         return white
 
-    def within(self) -> Whitener:
+    def within(self) -> SampleWhitening:
         """The same without random effects that are known from repeats alone; how bristles were bent at the start is not."""
         none = {channel: np.zeros_like(spread) for channel, spread in self.noise.spread.items()}
-        return Whitener(self.prediction, replace(self.noise, spread=none), self.predicted)
+        return SampleWhitening(self.prediction, replace(self.noise, spread=none), self.predicted)
 
     @property
     def mixed(self) -> bool:
@@ -68,7 +71,6 @@ class Whitener:
         bent = self.prediction.bent[segment.at]
         if segment.trial < 0 or not (np.any(self.noise.spread[segment.channel]) or np.any(bent)):
             return None
-        times = self.prediction.experiment.trials[segment.trial].times
-        columns = np.column_stack([differing(predicted[segment.at], times) * self.noise.spread[segment.channel], bent])
+        columns = np.column_stack([between_trials(self.prediction, self.noise, segment, predicted), bent])
         axes, sizes, _ = np.linalg.svd(self._within(place, columns), full_matrices=False)
         return axes, 1 - 1 / np.sqrt(1 + sizes**2)

@@ -1,9 +1,9 @@
 """How much does each number of a residual weigh? Residuals and slopes, whitened by the noise, then summed up band by band of frequency.
 
-All that later steps ask (fits, evidence, held-out conditions, how much is left unexplained) follows from these sums: no step looks at
-samples again. In bands, since what a model lacks is smooth in time where noise, once whitened, is not; and apart for the harmonics of a
-periodic motion, since what a model lacks comes back in every cycle where noise does not. Repeats of one run count as their mean, for the
-same reason.
+All that later steps of a diagnosis ask (fits, evidence, held-out conditions, how much is left unexplained) follows from these sums: no step
+looks at samples again, as an identification does (sample_whitening). In bands, since what a model lacks is smooth in time where noise, once
+whitened, is not; and apart for the harmonics of a periodic motion, since what a model lacks comes back in every cycle where noise does not.
+Repeats of one run count as their mean, for the same reason.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from evat.inference.law.initial_state import RANDOM
 from evat.inference.noise.autoregression import WHITE, lag_one_correlation
 from evat.inference.noise.discontinuities import Discontinuities
 from evat.inference.noise.ends import dying_away, unsure_ends
-from evat.inference.noise.estimate import Noise, differing
+from evat.inference.noise.estimate import Noise, between_trials
 from evat.inference.noise.outliers import unsure_outliers
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray
@@ -45,8 +45,8 @@ class Sums:
     grams: FloatArray
 
 
-class Whitening:
-    """The covariance of an experiment as a way to sum up residuals.
+class BandWhitening:
+    """The covariance of an experiment as a way to sum up residuals, band by band of frequency.
 
     `jumps[group]` tells what its samples count, less beside jumps; `counts` (groups, bands) is how many numbers a band has; `unexplained`
     (lengths, groups, bands) what a discrepancy of unit size (rms of its channel) and given correlation length would add to the variance 1
@@ -172,9 +172,9 @@ class Whitening:
         group = self.groups[place]
         if group.at.stop - group.at.start == 1:
             return np.zeros((1, RANDOM))
-        times = self.prediction.experiment.trials[self.prediction.segments[group.members[0]].trial].times
-        changed = differing(predicted[group.at], times) * self.noise.spread[group.channel]
-        start = dying_away(self.prediction, self.prediction.segments[group.members[0]])
+        first = self.prediction.segments[group.members[0]]
+        changed = between_trials(self.prediction, self.noise, first, predicted)
+        start = dying_away(self.prediction, first)
         return self._filter(np.column_stack([changed, start]), place)
 
     def _filter(self, columns: FloatArray, place: int) -> FloatArray:
