@@ -48,6 +48,11 @@ class ParameterSet:
     notes: tuple[str, ...] = ()
     speed_range: tuple[float, float] | None = None
 
+    @property
+    def by_choice(self) -> dict[str, float | str | bool]:
+        """The values with choices by their names and switches as yes or no: what FMUs and people take."""
+        return kernel.by_choice(self.values)
+
 
 def names() -> tuple[str, ...]:
     """The shipped sets.
@@ -192,6 +197,36 @@ def save_ssv(parameter_set: ParameterSet, path: str | PathLike[str]) -> Path:
         parameter_set.name, parameter_set.title, values, dict(parameter_set.sources), parameter_set.notes, parameter_set.speed_range
     )
     return ssv.write(Path(path), content, kernel.by_name())
+
+
+def of_component(values: Mapping[str, float | str]) -> tuple[dict[str, float], dict[str, float | str]]:
+    """Tell values of the component from those of whatever else it stands in.
+
+    Parameters
+    ----------
+    values : mapping of str to float or str
+        By their names: numbers are SI, texts may have a unit, choices go by name.
+
+    Returns
+    -------
+    tuple of dict and dict
+        The component's, as the numbers that a `ParameterSet` holds, without switches of effects; and the others, as they were.
+
+    Raises
+    ------
+    ParameterError
+        For a value that the component does not allow.
+
+    Examples
+    --------
+    >>> import evat
+    >>> evat.parameter_sets.of_component({"F_C": 8.0, "mass": 95.0})
+    ({'F_C': 8.0}, {'mass': 95.0})
+    """
+    switches = {effect.name for effect in kernel.effects()}
+    others = {name: value for name, value in values.items() if name not in kernel.by_name()}
+    numbers = kernel.check_values({name: value for name, value in values.items() if name not in others})
+    return {name: number for name, number in numbers.items() if name not in switches}, others
 
 
 def softening_limit(values: Mapping[str, float]) -> float:

@@ -125,7 +125,7 @@ def sets(
         return
     parameter_set = parameter_sets.load(name, speed_unit=speed_unit, strict=strict)
     if as_json:
-        values = {key: {"value": value, "unit": kernel.variable(key).unit} for key, value in kernel.by_choice(parameter_set.values).items()}
+        values = {key: {"value": value, "unit": kernel.variable(key).unit} for key, value in parameter_set.by_choice.items()}
         print_json(
             {
                 "name": parameter_set.name,

@@ -123,7 +123,7 @@ def _averages(folder: Path, seed: int) -> Path:
 
 def _cutting() -> tuple[dict[str, float | str], tuple[str, ...]]:
     known = parameter_sets.load(CUT)
-    return dict(kernel.by_choice(known.values)), tuple(known.effects)
+    return dict(known.by_choice), tuple(known.effects)
 
 
 def _experiment(title: str, signals: Mapping[str, Signal], trials: tuple[Trial, ...], means: Means | None) -> Experiment:

@@ -41,7 +41,7 @@ def cut(material: str, cutting_speed: float, values: Mapping[str, float | str] |
     softening : whether the effects of the set are on.
     """
     law = parameter_sets.load(f"regularised/{material}")
-    given = {**kernel.by_choice(law.values), "cutting_speed": cutting_speed, **(values or {})}
+    given = {**law.by_choice, "cutting_speed": cutting_speed, **(values or {})}
     contact = Contact(given, law.effects if softening else ())
     contact.start()
     contact.advance(CYCLES / contact.get("vibration_frequency"))

@@ -77,7 +77,7 @@ def run_cases(fmu: Path, family: str, speed_unit: str, done: Callable[[int], Non
             for name, model in MODELS.items():
                 for principle in kernel.variable("shear_angle_principle").choices:
                     values = {
-                        **kernel.by_choice(parameter_set.values),
+                        **parameter_set.by_choice,
                         **given,
                         "friction_law": model.law,
                         "shear_angle_principle": principle,

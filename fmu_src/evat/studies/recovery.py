@@ -19,7 +19,6 @@ from evat.inference.prediction import Prediction
 from evat.model import FloatArray, ParameterError, Run
 from evat.models.contact import ContactModel
 from evat.motions import KINDS
-from evat.native import kernel
 from evat.paper.tables import materials
 from evat.parameter_sets import ParameterSet
 from evat.studies.orthogonal import orthogonal, uncertain
@@ -103,7 +102,7 @@ def recovery(
         if progress is not None:
             progress(f"{parameter_set.name}: {motion}")
         clean = orthogonal(
-            kernel.by_choice(parameter_set.values),
+            parameter_set.by_choice,
             parameter_set.effects,
             motion=motion,
             repeats=1,
@@ -154,7 +153,7 @@ def fitted(
     from evat.identification import Execution, Settings, identify
 
     tests = orthogonal(
-        kernel.by_choice(parameter_set.values),
+        parameter_set.by_choice,
         parameter_set.effects,
         motion=motion,
         repeats=repeats,

@@ -110,7 +110,7 @@ def from_set(system: System, component: str, name: str) -> dict[str, Value]:
     if "friction_law" not in _variables(system.components[component].source):
         raise SspError(f"the set {name} is of the contact, and component {component} is none.")
     every = {effect.name: effect.name in parameter_set.effects for effect in kernel.effects()}
-    return {**every, **kernel.by_choice(parameter_set.values)}
+    return {**every, **parameter_set.by_choice}
 
 
 def of_work(system: System, component: str, name: str) -> dict[str, dict[str, Value]]:

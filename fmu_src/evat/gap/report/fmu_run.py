@@ -17,7 +17,6 @@ from evat.inference.fit import Fit
 from evat.inference.prediction import OWN, Prediction
 from evat.model import FloatArray
 from evat.models.fmu import FmuModel
-from evat.native import kernel
 
 
 @dataclass(frozen=True)
@@ -56,8 +55,7 @@ def run_fmu(path: Path, ssv: Path, comparison: Comparison, chosen: Fit, conditio
     bent = np.concatenate([whole.bent[here] for here in parts])
     through = through.starting(whole.starts, bent, whole.steady)
     set_up = {name: value for name, value in chosen.values.items() if name in whole.setup_names or OWN in name}
-    held = kernel.by_choice(stored.values)
-    rows, alone = through.one({**held, **set_up}, stored.effects), bare.one(held, stored.effects)
+    rows, alone = through.one({**stored.by_choice, **set_up}, stored.effects), bare.one(stored.by_choice, stored.effects)
     # Shapes of the law are simulated, as the FMU has them; forms that no law has are left out.
     values = {name: value for name, value in chosen.values.items() if name not in whole.form_names}
     exact = Prediction(whole.model, part).set_up_as(whole).starting(whole.starts, bent, whole.steady).one(values, chosen.on)

@@ -15,7 +15,6 @@ from evat.html import render
 from evat.identification.report.figures import figures
 from evat.identification.report.summary import headline
 from evat.identification.result import Estimate, Identification, error_text
-from evat.native import kernel
 from evat.plots.experiment_page import REPORTS, pages_on
 
 SSV, JSON, REPORT = "identified.ssv", "identification.json", "report.html"
@@ -28,17 +27,18 @@ FILES = {
 
 def parameter_set(identification: Identification, name: str) -> parameter_sets.ParameterSet:
     """The identified model as a set, with what is known of each estimate and where it comes from."""
-    others = {key: value for key, value in identification.values.items() if key not in kernel.by_name()}  # of what the contact stands in
-    numbers = kernel.check_values({key: value for key, value in identification.values.items() if key not in others}, identification.effects)
-    switches = {effect.name for effect in kernel.effects()}
+    values, others = parameter_sets.of_component(identification.values)
     sources = {estimate.name: _source(estimate) for estimate in identification.estimates}
     nominal = identification.experiment.nominal.parameters
     return parameter_sets.ParameterSet(
         name=name,
         title=f"Identified from: {identification.experiment.title}",
-        values={key: value for key, value in numbers.items() if key not in switches},
+        values=values,
         effects=identification.effects,
-        sources={key: sources.get(key, f"held, from the nominal model{f' ({nominal})' if nominal else ''}") for key in numbers},
+        sources={
+            key: sources.get(key, f"held, from the nominal model{f' ({nominal})' if nominal else ''}")
+            for key in (*values, *identification.effects)
+        },
         notes=(
             *_provenance(identification),
             *(f"{key} = {value}" for key, value in others.items()),

@@ -10,7 +10,6 @@ import numpy as np
 from evat import parameter_sets
 from evat.model import Trace
 from evat.models.simulate import simulate
-from evat.native import kernel
 from evat.paper import tables as paper_tables
 from evat.paper.conditions import conditions, inference, inferred
 from evat.parameter_sets import softening_limit
@@ -43,7 +42,7 @@ def domain_shares(material: str, beside: tuple[str, ...] = ()) -> DomainShares:
     """The shares of one of the paper's materials, with effects on beside the paper's."""
     loaded = parameter_sets.load(f"{inference().family}/{material}", speed_unit=inference().speed_unit)
     model = MODELS[inference().model]
-    values = {**kernel.by_choice(loaded.values), **inferred(material), "friction_law": model.law, "phase_x": np.pi / 2, "phase_y": 0.0}
+    values = {**loaded.by_choice, **inferred(material), "friction_law": model.law, "phase_x": np.pi / 2, "phase_y": 0.0}
     on = (*(loaded.effects if model.with_effects else ()), *beside)
     cycle = simulate(values, on, cycles=1, samples_per_cycle=SAMPLES, outputs=SHOWN)
     touching = cycle["in_contact"] > 0
