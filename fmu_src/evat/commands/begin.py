@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from evat.commands.options import grouped
 from evat.commands.shared import Json, Values, print_json, typed_values
 from evat.commands.tables import WholeTable
 from evat.console import err, marked, out
@@ -26,34 +27,55 @@ PICTURE = "experiment.png"
 MOST_SAMPLES = 1_000_000  # of a recording, in the picture: beyond that it would not fit into memory everywhere
 
 
-def init(
-    folder: Annotated[Path, typer.Argument(help="A folder with recordings or averages: CSV, text or Parquet.")],
+@dataclass(frozen=True)
+class SignalOptions:
+    """What was recorded, where the headers do not say."""
+
     signal: Annotated[
         list[str] | None, typer.Option("--signal", help="NAME=COLUMN: which column a variable is, such as slip_velocity='CH 2'; repeat it.")
-    ] = None,
-    unit: Annotated[list[str] | None, typer.Option("--unit", "-u", help="COLUMN=UNIT where the header does not say; repeat it.")] = None,
-    radius: Annotated[
-        str | None, typer.Option(help="Lever arm of an angle or a torque, such as '20 mm'; of a screw its lead/2/pi.")
-    ] = None,
+    ] = None
+    unit: Annotated[list[str] | None, typer.Option("--unit", "-u", help="COLUMN=UNIT where the header does not say; repeat it.")] = None
+    radius: Annotated[str | None, typer.Option(help="Lever arm of an angle or a torque, such as '20 mm'; of a screw its lead/2/pi.")] = None
     motor_constant: Annotated[
         str | None,
         typer.Option(
             help="Force or torque that a column in A or V stands for, such as '52 N/A', '0.5 N.m/A' or '10 N/V'; of a friction "
             "coefficient the load, such as '50 N'."
         ),
-    ] = None,
-    mass: Annotated[str | None, typer.Option(help="What a drive accelerates, such as '30 kg'.")] = None,
-    title: Annotated[str, typer.Option(help="Heads every report.")] = "",
-    parameters: Annotated[str, typer.Option("--set", "-s", help="The nominal model: a shipped set, or an .ssv file in the folder.")] = "",
-    friction: Annotated[str, typer.Option(help="The nominal friction law.")] = "",
-    value: Values = None,
-    delimiter: Annotated[str | None, typer.Option(help="What stands between the columns; \\t is a tab.")] = None,
-    decimal: Annotated[str | None, typer.Option(help="Decimal mark, . or ,")] = None,
-    encoding: Annotated[str | None, typer.Option(help="Of the headers, such as cp1252.")] = None,
-    skip_rows: Annotated[int | None, typer.Option(help="Lines above the line of headers.", min=0)] = None,
+    ] = None
+
+
+@dataclass(frozen=True)
+class NominalOptions:
+    """What is believed of the rig beside the recordings."""
+
+    mass: Annotated[str | None, typer.Option(help="What a drive accelerates, such as '30 kg'.")] = None
+    title: Annotated[str, typer.Option(help="Heads every report.")] = ""
+    parameters: Annotated[str, typer.Option("--set", "-s", help="The nominal model: a shipped set, or an .ssv file in the folder.")] = ""
+    friction: Annotated[str, typer.Option(help="The nominal friction law.")] = ""
+    value: Values = None
+
+
+@dataclass(frozen=True)
+class FormOptions:
+    """How the files are written: [reader] of experiment.toml."""
+
+    delimiter: Annotated[str | None, typer.Option(help="What stands between the columns; \\t is a tab.")] = None
+    decimal: Annotated[str | None, typer.Option(help="Decimal mark, . or ,")] = None
+    encoding: Annotated[str | None, typer.Option(help="Of the headers, such as cp1252.")] = None
+    skip_rows: Annotated[int | None, typer.Option(help="Lines above the line of headers.", min=0)] = None
     columns: Annotated[
         str | None, typer.Option(help="Headers of files that have none, in their order, such as 't [s], v [m/s], F [N]'.")
-    ] = None,
+    ] = None
+
+
+@grouped
+def init(
+    *,
+    folder: Annotated[Path, typer.Argument(help="A folder with recordings or averages: CSV, text or Parquet.")],
+    signals: SignalOptions,
+    nominal: NominalOptions,
+    form: FormOptions,
     force: Annotated[bool, typer.Option("--force", help="Replace an experiment.toml that is there.")] = False,
     as_json: Json = False,
 ) -> None:
@@ -66,17 +88,11 @@ def init(
     from evat.experiment.begin.write import Believed, check_free, to_look_at, write_begun
 
     check_free(folder, force=force)
-    answers = _answers(signal, unit, radius, motor_constant)
-    _known_form(
-        answers,
-        delimiter=delimiter and delimiter.replace("\\t", "\t"),
-        decimal=decimal,
-        encoding=encoding,
-        skip_rows=skip_rows,
-        columns=None if columns is None else _headers(columns),
-    )
-    values = typed_values(value, {"friction_law": f"--friction {friction}"} if friction else {})
-    believed = Believed(title, parameters, friction, values, None if mass is None else to_si(mass, "kg", name="mass"))
+    answers = _answers(signals)
+    _known_form(answers, form)
+    law, mass = nominal.friction, None if nominal.mass is None else to_si(nominal.mass, "kg", name="mass")
+    values = typed_values(nominal.value, {"friction_law": f"--friction {law}"} if law else {})
+    believed = Believed(nominal.title, nominal.parameters, law, values, mass)
     try:
         begun, questions = begin(folder, answers)
     except NoHeaders as error:
@@ -103,26 +119,30 @@ def init(
     out.print(f"next: look at {written} and the page, then: evat experiment check {folder}", soft_wrap=True)
 
 
-def _answers(signal: Sequence[str] | None, unit: Sequence[str] | None, radius: str | None, motor_constant: str | None) -> Answers:
+def _answers(signals: SignalOptions) -> Answers:
     from evat.experiment.begin.understood import Answers
 
     answers = Answers()
-    for text in signal or ():
+    for text in signals.signal or ():
         _told_signal(answers, *_pair("--signal", text))
-    for text in unit or ():
+    for text in signals.unit or ():
         _told_unit(answers, *reversed(_pair("--unit", text, last=True)))
-    if radius is not None:
-        _told_radius(answers, radius)
-    if motor_constant is not None:
-        _told_constant(answers, motor_constant)
+    if signals.radius is not None:
+        _told_radius(answers, signals.radius)
+    if signals.motor_constant is not None:
+        _told_constant(answers, signals.motor_constant)
     return answers
 
 
-def _known_form(answers: Answers, **stated: Any) -> None:
+def _known_form(answers: Answers, form: FormOptions) -> None:
     """What is told of how the files are written; checked as the document's own [reader] is, where it is read."""
     from evat.files.text import TextForm, known_encoding
 
-    told = {name: entry for name, entry in stated.items() if entry is not None}
+    told: dict[str, Any] = {name: entry for name, entry in vars(form).items() if entry is not None}
+    if form.delimiter:
+        told["delimiter"] = form.delimiter.replace("\\t", "\t")
+    if form.columns is not None:
+        told["columns"] = _headers(form.columns)
     if not known_encoding(told.get("encoding", "utf-8")):
         raise ParameterError(f"--encoding {told['encoding']!r}: no such encoding of text; write it like utf-8 or cp1252.")
     if len(told.get("delimiter", ";")) != 1:

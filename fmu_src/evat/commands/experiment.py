@@ -11,6 +11,7 @@ import typer
 
 from evat import parameter_sets
 from evat.commands.begin import check_page, init, write_page
+from evat.commands.options import grouped
 from evat.commands.recovery import recovery
 from evat.commands.shared import Json, SpeedUnit, Values, only, print_json, share_done, typed_values
 from evat.commands.tables import WholeTable
@@ -143,8 +144,32 @@ def _nominal(document: Document) -> str:
     return f"nominal model{source}: {values}; effects on: {', '.join(nominal.effects) or 'none'}; all else as the component starts"
 
 
+@dataclasses.dataclass(frozen=True)
+class TestOptions:
+    """What is tested, and how it is recorded."""
+
+    motion: Annotated[str, typer.Option(help=f"How the contact is moved: {', '.join(KINDS)}.")] = "ramp"
+    repeats: Annotated[int, typer.Option(help="Trials of each condition.")] = 3
+    noise: Annotated[str, typer.Option(help="Standard deviation over the force's root mean square.")] = "1 %"
+    seed: Annotated[int, typer.Option(help="Of the noise and of the nominal values.", min=0)] = 0
+    rate: Annotated[str, typer.Option(help="Sampling rate.")] = "1 kHz"
+    speed: Annotated[list[str] | None, typer.Option(help="A test speed, such as '20 m/min'; repeat it. Without it five are chosen.")] = None
+    proxy: Annotated[str, typer.Option(help="What the heated motions heat by: contact_temperature or proxy_speed.")] = "contact_temperature"
+    output: Annotated[list[str] | None, typer.Option(help="What is measured; repeat it. Without it friction_force.")] = None
+
+
+@dataclasses.dataclass(frozen=True)
+class NominalOptions:
+    """What the nominal model has of the truth."""
+
+    nominal_off: Annotated[str, typer.Option(help="How far the nominal model's coefficients are off at most.")] = "30 %"
+    truth_in_nominal: Annotated[bool, typer.Option("--truth-in-nominal", help="The nominal model is the truth.")] = False
+
+
 @experiment.command()
+@grouped
 def orthogonal(
+    *,
     context: typer.Context,
     to: Annotated[Path, typer.Option("--out", "-o", help="A new folder for the experiment.")],
     parameters: Annotated[str | None, typer.Option("--set", "-s", help="The truth: a shipped set or an .ssv file.")] = None,
@@ -152,20 +177,8 @@ def orthogonal(
     effect: Annotated[
         list[str] | None, typer.Option("--effect", "-e", help="An effect that is on beside those of the set; repeat it.")
     ] = None,
-    motion: Annotated[str, typer.Option(help=f"How the contact is moved: {', '.join(KINDS)}.")] = "ramp",
-    repeats: Annotated[int, typer.Option(help="Trials of each condition.")] = 3,
-    noise: Annotated[str, typer.Option(help="Standard deviation over the force's root mean square.")] = "1 %",
-    seed: Annotated[int, typer.Option(help="Of the noise and of the nominal values.", min=0)] = 0,
-    rate: Annotated[str, typer.Option(help="Sampling rate.")] = "1 kHz",
-    speed: Annotated[
-        list[str] | None, typer.Option(help="A test speed, such as '20 m/min'; repeat it. Without it five are chosen.")
-    ] = None,
-    proxy: Annotated[
-        str, typer.Option(help="What the heated motions heat by: contact_temperature or proxy_speed.")
-    ] = "contact_temperature",
-    output: Annotated[list[str] | None, typer.Option(help="What is measured; repeat it. Without it friction_force.")] = None,
-    nominal_off: Annotated[str, typer.Option(help="How far the nominal model's coefficients are off at most.")] = "30 %",
-    truth_in_nominal: Annotated[bool, typer.Option("--truth-in-nominal", help="The nominal model is the truth.")] = False,
+    tests: TestOptions,
+    nominal: NominalOptions,
     truth: Annotated[Path | None, typer.Option(help="Write the truth to this .ssv file, outside the folder.")] = None,
     speed_unit: SpeedUnit = "m/min",
     suffix: Annotated[str, typer.Option(help="Of the data files: .csv or .parquet.")] = ".csv",
@@ -178,7 +191,8 @@ def orthogonal(
     """
     from evat.experiment.write import check_new, write_experiment
     from evat.plots.experiment import plot_experiment
-    from evat.studies import orthogonal as tests
+    from evat.studies.orthogonal import orthogonal as simulated
+    from evat.studies.orthogonal import truth_of
 
     if truth is not None and (truth.suffix != ".ssv" or Path(os.path.abspath(truth)).is_relative_to(os.path.abspath(to))):
         raise ParameterError(f"--truth {truth}: an .ssv file outside {to} is needed, so that the experiment does not tell.")
@@ -189,26 +203,26 @@ def orthogonal(
         if parameters is not None
         else parameter_sets.ParameterSet("values", "values", {})
     )
-    values = {**kernel.by_choice(parameter_set.values), **typed_values(value, {name: f"--effect {name}" for name in effect or ()})}
+    values = {**parameter_set.by_choice, **typed_values(value, {name: f"--effect {name}" for name in effect or ()})}
     effects = (*parameter_set.effects, *(name for name in effect or () if name not in parameter_set.effects))
-    made = tests.orthogonal(
+    made = simulated(
         values,
         effects,
-        motion=motion,
-        repeats=repeats,
-        noise=to_si(noise, "1", name="noise"),
-        seed=seed,
-        rate=to_si(rate, "Hz", name="rate"),
-        speeds=[to_si(each, "m/s", name="speed") for each in speed] if speed else None,
-        proxy=proxy,
-        outputs=tuple(output or ("friction_force",)),
-        nominal_off=0.0 if truth_in_nominal else to_si(nominal_off, "1", name="nominal_off"),
+        motion=tests.motion,
+        repeats=tests.repeats,
+        noise=to_si(tests.noise, "1", name="noise"),
+        seed=tests.seed,
+        rate=to_si(tests.rate, "Hz", name="rate"),
+        speeds=[to_si(each, "m/s", name="speed") for each in tests.speed] if tests.speed else None,
+        proxy=tests.proxy,
+        outputs=tuple(tests.output or ("friction_force",)),
+        nominal_off=0.0 if nominal.truth_in_nominal else to_si(nominal.nominal_off, "1", name="nominal_off"),
     )
     out.print(f"wrote {write_experiment(made, to, suffix=suffix)}: {len(made.trials)} trials, {len(made.conditions)} conditions")
     out.print(f"wrote {plot_experiment(made, to / 'experiment.png')}")
     if truth is not None:
-        whole = {name: number for name, number in kernel.check_values(tests.truth_of(values, motion, proxy)).items()}
-        notes = (f"truth of simulated tests: {motion}, seed {seed}",)
+        whole = {name: number for name, number in kernel.check_values(truth_of(values, tests.motion, tests.proxy)).items()}
+        notes = (f"truth of simulated tests: {tests.motion}, seed {tests.seed}",)
         kept = parameter_sets.ParameterSet(
             parameter_set.name, parameter_set.title, whole, effects, parameter_set.sources, notes, parameter_set.speed_range
         )

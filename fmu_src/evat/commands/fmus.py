@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
 from evat import parameter_sets
+from evat.commands.options import grouped
 from evat.commands.shared import Json, SpeedUnit, Values, lines_done, only, print_json, share_done, typed_seconds, typed_values
 from evat.commands.tables import WholeTable
 from evat.console import out
@@ -45,18 +47,27 @@ def build(
         out.print(f"wrote {path} ({path.stat().st_size / 1e6:.2f} MB)")
 
 
+@dataclass(frozen=True)
+class RecordOptions:
+    """Where the columns of a record are, and how much of it is used."""
+
+    time: Annotated[str, typer.Option("--time", help="With --record: header of the clock.")] = "time"
+    velocity: Annotated[str | None, typer.Option(help="With --record: header of the slip velocity.")] = None
+    position: Annotated[str | None, typer.Option(help="With --record: header of the position, where no velocity was measured.")] = None
+    force: Annotated[str, typer.Option(help="With --record: header of the friction force.")] = "friction_force"
+    force_sign: Annotated[float, typer.Option(help="With --record: -1 where the force counts against the motion.")] = 1.0
+    begin: Annotated[str | None, typer.Option(help="With --record: first time used, such as '20 ms'.")] = None
+    end: Annotated[str | None, typer.Option(help="With --record: last time used, such as '1 min'.")] = None
+
+
+@grouped
 def run(
+    *,
     context: typer.Context,
     record: Annotated[Path | None, typer.Option(help="A measured motion to drive the FMU with, instead of the paper's materials.")] = None,
     parameters: Annotated[str, typer.Option("--set", "-s", help="With --record: parameter set.")] = "tribometer-5n",
     value: Values = None,
-    time: Annotated[str, typer.Option("--time", help="With --record: header of the clock.")] = "time",
-    velocity: Annotated[str | None, typer.Option(help="With --record: header of the slip velocity.")] = None,
-    position: Annotated[str | None, typer.Option(help="With --record: header of the position, where no velocity was measured.")] = None,
-    force: Annotated[str, typer.Option(help="With --record: header of the friction force.")] = "friction_force",
-    force_sign: Annotated[float, typer.Option(help="With --record: -1 where the force counts against the motion.")] = 1.0,
-    begin: Annotated[str | None, typer.Option(help="With --record: first time used, such as '20 ms'.")] = None,
-    end: Annotated[str | None, typer.Option(help="With --record: last time used, such as '1 min'.")] = None,
+    columns: RecordOptions,
     family: Annotated[str, typer.Option(help="Without --record: regularised or published sets.")] = "regularised",
     speed_unit: SpeedUnit = "m/min",
     to: Annotated[Path, typer.Option("--out", "-o", help="Folder for figures, tables and report.")] = Path("runs"),
@@ -66,8 +77,7 @@ def run(
 
     Example: evat run --record test.txt --time 'Time [s]' --position 'Position [mm]' --force 'Friction [uN]' --force-sign -1
     """
-    with_record = ("parameters", "value", "time", "velocity", "position", "force", "force_sign", "begin", "end")
-    only(context, record is not None, "with --record", *with_record)
+    only(context, record is not None, "with --record", "parameters", "value", *vars(columns))
     only(context, record is None, "without --record", "family")
     usable(to)
     if record is None:
@@ -77,9 +87,10 @@ def run(
 
     parameter_set = parameter_sets.load(parameters, speed_unit=speed_unit)
     values = kernel.check_values({**parameter_set.values, **typed_values(value)})
-    first, last = typed_seconds(begin, "--begin"), typed_seconds(end, "--end")
+    first, last = typed_seconds(columns.begin, "--begin"), typed_seconds(columns.end, "--end")
     between = (float("-inf") if first is None else first, float("inf") if last is None else last)
-    _run_record(record, Columns(time, force, velocity, position, force_sign), parameter_set, values, between, to, as_json)
+    named = Columns(columns.time, columns.force, columns.velocity, columns.position, columns.force_sign)
+    _run_record(record, named, parameter_set, values, between, to, as_json)
 
 
 def _host_fmu(version: Literal[2, 3], to: Path) -> Path:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, get_args
 
@@ -13,6 +13,7 @@ import typer
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.text import Text
 
+from evat.commands.options import grouped
 from evat.commands.shared import Json, Values, Whole, one_of, print_json, share_done, stoppable, typed_values
 from evat.commands.statuses import STOPPED
 from evat.commands.tables import WholeTable
@@ -29,28 +30,51 @@ JOURNAL = "search.journal"
 COLOURS = {"identified": "green", "weak": "yellow", "not identifiable": "red", "withheld": "bold yellow"}
 
 
+@dataclass(frozen=True)
+class HeldOptions:
+    """What is held otherwise than the experiment's nominal model has it."""
+
+    value: Values = None
+    law: Annotated[str | None, typer.Option(help="Friction law; otherwise the experiment's.")] = None
+    effect: Annotated[list[str] | None, typer.Option("--on", "-e", help="Switch on an effect, beside the experiment's; repeat it.")] = None
+
+
+@dataclass(frozen=True)
+class FitOptions:
+    """What is minimised, how the least of it is looked for, and on which data."""
+
+    objective: Annotated[str, typer.Option(help="least_squares, huber, or relative (eq. 9 of the paper).")] = "least_squares"
+    search: Annotated[
+        str, typer.Option(help="ga (genetic algorithm), de (differential evolution), none (start from the nominal model).")
+    ] = "ga"
+    population: Annotated[int, typer.Option(help="Members of a generation.")] = 64
+    generations: Annotated[int, typer.Option(help="Generations at most; the search ends earlier where nothing more is gained.")] = 100
+    seed: Annotated[int, typer.Option(help="Of the search; the same seed gives the same result, whatever the number of threads.")] = 0
+    hold_out: Annotated[list[str] | None, typer.Option(help="A condition that is kept from the fit, to judge it; repeat it.")] = None
+    whiten: Annotated[bool, typer.Option(help="least_squares: take in how noise goes on from sample to sample.")] = True
+
+
+@dataclass(frozen=True)
+class ExecutionOptions:
+    """How the work is carried out; the answer does not depend on it."""
+
+    threads: Annotated[int | None, typer.Option(help="Threads; without it one per processor.", min=1)] = None
+    dask: Annotated[str | None, typer.Option(help="Address of a dask scheduler on whose workers the search runs.")] = None
+    resume: Annotated[bool, typer.Option(help="Go on with the search that OUT holds, to the result it would have had.")] = False
+
+
+@grouped
 def identify(
+    *,
     experiment: Annotated[Path, typer.Argument(help="Folder of the experiment, or its experiment.toml.")],
     free: Annotated[list[str], typer.Option("--free", "-f", help="A parameter to find; repeat it for more.")],
     bound: Annotated[
         list[str] | None,
         typer.Option("--bound", "-b", help="NAME=LOW..HIGH, units allowed; without it a 20th to 20 times the nominal value."),
     ] = None,
-    value: Values = None,
-    law: Annotated[str | None, typer.Option(help="Friction law; otherwise the experiment's.")] = None,
-    effect: Annotated[list[str] | None, typer.Option("--on", "-e", help="Switch on an effect, beside the experiment's; repeat it.")] = None,
-    objective: Annotated[str, typer.Option(help="least_squares, huber, or relative (eq. 9 of the paper).")] = "least_squares",
-    search: Annotated[
-        str, typer.Option(help="ga (genetic algorithm), de (differential evolution), none (start from the nominal model).")
-    ] = "ga",
-    population: Annotated[int, typer.Option(help="Members of a generation.")] = 64,
-    generations: Annotated[int, typer.Option(help="Generations at most; the search ends earlier where nothing more is gained.")] = 100,
-    seed: Annotated[int, typer.Option(help="Of the search; the same seed gives the same result, whatever the number of threads.")] = 0,
-    hold_out: Annotated[list[str] | None, typer.Option(help="A condition that is kept from the fit, to judge it; repeat it.")] = None,
-    whiten: Annotated[bool, typer.Option(help="least_squares: take in how noise goes on from sample to sample.")] = True,
-    threads: Annotated[int | None, typer.Option(help="Threads; without it one per processor.", min=1)] = None,
-    dask: Annotated[str | None, typer.Option(help="Address of a dask scheduler on whose workers the search runs.")] = None,
-    resume: Annotated[bool, typer.Option(help="Go on with the search that OUT holds, to the result it would have had.")] = False,
+    held: HeldOptions,
+    fit: FitOptions,
+    by: ExecutionOptions,
     whole: Whole = False,
     to: Annotated[Path, typer.Option("--out", "-o", help="Folder for parameters (.ssv), JSON, report and the state of the search.")] = Path(
         "identified"
@@ -69,34 +93,34 @@ def identify(
     from evat.identification.searching.search import check_size
     from evat.models.contact import ContactModel
 
-    model = ContactModel(threads)
-    _check_names(model, free, law, effect, objective, search)
-    options = {"friction_law": f"--law {law}"} if law is not None else {}
-    options |= {name: f"--on {name}" for name in effect or ()}
+    model = ContactModel(by.threads)
+    _check_names(model, free, held, fit)
+    options = {"friction_law": f"--law {held.law}"} if held.law is not None else {}
+    options |= {name: f"--on {name}" for name in held.effect or ()}
     settings = Settings(
-        on=tuple(effect or ()),
-        values=typed_values(value, options) | ({"friction_law": law} if law is not None else {}),
+        on=tuple(held.effect or ()),
+        values=typed_values(held.value, options) | ({"friction_law": held.law} if held.law is not None else {}),
         bounds=dict(_bound(text) for text in bound or []),
-        objective=objective,  # type: ignore[arg-type]  # checked there, with what is allowed
-        search=search,  # type: ignore[arg-type]
-        population=population,
-        generations=generations,
-        seed=seed,
-        whiten=whiten,
-        hold_out=tuple(hold_out or ()),
+        objective=fit.objective,  # type: ignore[arg-type]  # checked there, with what is allowed
+        search=fit.search,  # type: ignore[arg-type]
+        population=fit.population,
+        generations=fit.generations,
+        seed=fit.seed,
+        whiten=fit.whiten,
+        hold_out=tuple(fit.hold_out or ()),
     )
-    check_size(population, generations, seed)
+    check_size(fit.population, fit.generations, fit.seed)
     with share_done(f"reading {experiment}") as progress:
         read, doubts = read_or_compress(experiment, model, whole=whole, progress=progress)
     for each in doubts:
         note(each)
     with (
         usable_while(to),
-        nullcontext() if dask is None else Cluster(dask) as cluster,
+        nullcontext() if by.dask is None else Cluster(by.dask) as cluster,
         _progress() as tell,
         stoppable(lambda: _way_on(to)) as cancelled,
     ):
-        execution = Execution(to / JOURNAL, resume, None if cluster is None else cluster.costs, tell, cancelled)
+        execution = Execution(to / JOURNAL, by.resume, None if cluster is None else cluster.costs, tell, cancelled)
         answer = run(read, model, free, settings, execution=execution)
         answer = replace(answer, doubts=(*answer.doubts, *doubts))
     if as_json:
@@ -115,19 +139,19 @@ def _way_on(to: Path) -> str:
     return f"the search so far is kept in {to / JOURNAL}; go on with --resume --out {to}"
 
 
-def _check_names(model: Model, free: list[str], law: str | None, effects: list[str] | None, objective: str, search: str) -> None:
+def _check_names(model: Model, free: list[str], held: HeldOptions, fit: FitOptions) -> None:
     """Typos, told before data are read."""
     from evat.identification.objective import Kind
     from evat.identification.searching.search import Search
 
     for name in free:
         one_of(name, (variable.name for variable in model.variables if variable.causality == "parameter"), "parameter")
-    for name in effects or ():
+    for name in held.effect or ():
         one_of(name, (each.name for each in model.effects), "effect")
-    if law is not None:
-        one_of(law, (each.name for each in kernel.laws()), "friction law")
-    one_of(objective, get_args(Kind), "objective")
-    one_of(search, get_args(Search), "search")
+    if held.law is not None:
+        one_of(held.law, (each.name for each in kernel.laws()), "friction law")
+    one_of(fit.objective, get_args(Kind), "objective")
+    one_of(fit.search, get_args(Search), "search")
 
 
 def _bound(text: str) -> tuple[str, tuple[float, float]]:
