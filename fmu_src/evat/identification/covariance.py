@@ -84,6 +84,27 @@ class Optimum:
     held: Mapping[str, FloatArray]
 
 
+@dataclass(frozen=True, eq=False)
+class _Spread:
+    """The covariance of an optimum and its `stretch`, as in `Optimum`, while one cause after the other widens them."""
+
+    covariance: FloatArray
+    stretch: FloatArray
+
+    @property
+    def variances(self) -> FloatArray:
+        return np.diag(self.covariance)
+
+    def widened(self, factors: FloatArray) -> _Spread:
+        """With each standard deviation this many times as large, (p,); correlations stay."""
+        return _Spread(_scaled(self.covariance, factors), self.stretch * factors**2)
+
+
+def _scaled(covariance: FloatArray, factors: FloatArray) -> FloatArray:
+    scaled: FloatArray = np.asarray(covariance * factors[:, None] * factors[None, :], dtype=np.float64)
+    return scaled
+
+
 def optimum_at(objective: Objective, loss: Loss, point: FloatArray, least: float, calls: int) -> Optimum:
     """The optimum with its covariance."""
     predicted, table = objective.jacobian(point)
@@ -95,18 +116,17 @@ def optimum_at(objective: Objective, loss: Loss, point: FloatArray, least: float
     if objective.kind == "least_squares" and all(objective.has_sd(channel) for channel in objective.channels):
         unit = max(unit, 1.0)  # few averages may lie closer to the model than their sd, by chance: that makes nothing better known
     information = slopes.T @ slopes * float(np.mean(curve)) / unit
-    plain = covariance = _inverse(information)
+    plain = _inverse(information)
     pull: FloatArray = -(slopes.T @ psi) / unit / np.sqrt(np.diag(information) + 1 / LOOSE**2)
-    stretch: FloatArray = np.ones(point.size)
+    spread = _Spread(plain, np.ones(point.size))
     if not loss.whitened:
         filters = {channel: autoregression(rows) for channel, rows in objective.prediction.recordings(psi).items()}
         meat = _correlated(objective, filters, slopes * _innovation_sd(objective, filters, psi)[:, None])
-        sandwich = covariance @ (meat.T @ meat) @ covariance / unit**2
+        sandwich = plain @ (meat.T @ meat) @ plain / unit**2
         # correlated noise that happens to suit a parameter is no reason to believe in less than white noise
-        stretch = np.maximum(np.diag(sandwich) / np.diag(covariance), 1.0)
-        grown = np.sqrt(stretch)
-        covariance = np.asarray(covariance * grown[:, None] * grown[None, :], dtype=np.float64)
-    degrees = _degrees(objective, loss, table, covariance, unit)
+        stretch = np.maximum(np.diag(sandwich) / np.diag(plain), 1.0)
+        spread = _Spread(_scaled(plain, np.sqrt(stretch)), stretch)
+    degrees = _degrees(objective, loss, table, spread.covariance, unit)
     apart, recordings = _between_recordings(objective, slopes * psi[:, None], plain / unit)
     inverse = _inverse(slopes.T @ slopes)
     moved, shift, explained = moved_by_held(objective, loss.weigh, slopes, table, psi, unit, point, predicted, inverse, False)
@@ -117,23 +137,15 @@ def optimum_at(objective: Objective, loss: Loss, point: FloatArray, least: float
             break
     if misses:  # then the shape of the law is in question, too
         moved, shift, _ = moved_by_held(objective, loss.weigh, slopes, table, psi, unit, point, predicted, inverse, True)
-    if moved:
-        grown = np.sqrt(1 + shift / np.diag(covariance))
-        stretch *= grown**2
-        covariance = np.asarray(covariance * grown[:, None] * grown[None, :], dtype=np.float64)
-    if np.any(astray := _astray(objective, fits, table)):
-        grown = np.sqrt(1 + astray / np.diag(covariance))
-        stretch *= grown**2
-        covariance = np.asarray(covariance * grown[:, None] * grown[None, :], dtype=np.float64)
-    ratio = apart / np.diag(covariance)
+    for more in (shift, _astray(objective, fits, table)):
+        spread = spread.widened(np.sqrt(1 + more / spread.variances))
+    ratio = apart / spread.variances
     if recordings and np.max(ratio) > chi2.ppf(1 - CHANCE / point.size, recordings) / recordings:
         # What pulls recordings apart beyond their noise, be it a gain or what the model lacks, is known from so few recordings only.
-        grown = np.sqrt(np.maximum(ratio, 1.0))
-        stretch *= grown**2
-        covariance = np.asarray(covariance * grown[:, None] * grown[None, :], dtype=np.float64)
+        spread = spread.widened(np.sqrt(np.maximum(ratio, 1.0)))
         degrees = np.minimum(degrees, recordings)
-    held = {name: steps / np.sqrt(np.diag(covariance)) for name, steps in moved.items()}
-    return Optimum(point, residual, loss, least, unit, stretch, covariance, degrees, pull, calls + 1 + point.size, held)
+    held = {name: steps / np.sqrt(spread.variances) for name, steps in moved.items()}
+    return Optimum(point, residual, loss, least, unit, spread.stretch, spread.covariance, degrees, pull, calls + 1 + point.size, held)
 
 
 def _astray(objective: Objective, fits: Mapping[str, ChannelFit], table: FloatArray) -> FloatArray:

@@ -5,19 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from evat.fmu.description.model_description import (
-    CAUSALITIES,
     Facts,
     add_experiment,
     add_items,
     add_units,
-    bounds,
-    described,
-    initial,
-    real_attributes,
+    attributes_of,
+    head_of,
     real_type,
     reference,
     root,
-    start,
 )
 from evat.fmu.structure.model_structure import Unknown
 from evat.fmu.xml import Element, Scalar, add, serialised
@@ -36,22 +32,10 @@ def _add_types(parent: Element, facts: Facts) -> None:
 
 
 def _add_variable(parent: Element, variable: Variable, facts: Facts, references: dict[str, int]) -> None:
-    head: dict[str, Scalar | None] = {
-        "name": variable.name,
-        "valueReference": reference(variable),
-        "description": described(variable),
-        "causality": CAUSALITIES[variable.causality],
-        "variability": variable.variability,
-        "initial": initial(variable, facts.states),
-    }
+    head = head_of(variable, facts)
     if variable.causality in ("input", "output") and variable.variability == "continuous":
         head["intermediateUpdate"] = True
-    if variable.type == "real":
-        state = references[variable.derivative_of] if variable.derivative_of else None
-        body = real_attributes(variable, facts, state)
-    else:
-        body = {**bounds(variable), "start": start(variable, facts.states), "declaredType": facts.types.of.get(variable.name)}
-    add(parent, _ELEMENTS[variable.type], {**head, **body})
+    add(parent, _ELEMENTS[variable.type], {**head, **attributes_of(variable, facts, references)})
 
 
 def _add_unknowns(parent: Element, tag: str, unknowns: Sequence[Unknown]) -> None:

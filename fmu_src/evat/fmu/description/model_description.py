@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -96,6 +96,25 @@ def real_attributes(variable: Variable, facts: Facts, derivative: int | None) ->
         "derivative": derivative,
         "reinit": True if variable.name in facts.structure.reinit else None,
     }
+
+
+def head_of(variable: Variable, facts: Facts) -> dict[str, Scalar | None]:
+    """What every variable says first, whatever its type."""
+    return {
+        "name": variable.name,
+        "valueReference": reference(variable),
+        "description": described(variable),
+        "causality": CAUSALITIES[variable.causality],
+        "variability": variable.variability,
+        "initial": initial(variable, facts.states),
+    }
+
+
+def attributes_of(variable: Variable, facts: Facts, places: Mapping[str, int]) -> dict[str, Scalar | None]:
+    """What a variable says by its type. places : by name, how others are told by this version, such as the state of a derivative."""
+    if variable.type == "real":
+        return real_attributes(variable, facts, places[variable.derivative_of] if variable.derivative_of else None)
+    return {**bounds(variable), "start": start(variable, facts.states), "declaredType": facts.types.of.get(variable.name)}
 
 
 def described(variable: Variable) -> str:
