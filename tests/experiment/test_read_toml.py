@@ -103,6 +103,6 @@ def test_utf_16_is_called_so(tmp_path: Path, mark: bytes) -> None:
     path = tmp_path / "wide.toml"
     path.write_bytes(mark + b"a\0")
     with pytest.raises(
-        TomlError, match=r"wide.toml: this is no readable TOML file, but text in UTF-16; TOML is in UTF-8, save the file anew so\."
+        TomlError, match=r"wide.toml: this is no readable TOML file, but text in UTF-16; TOML is in UTF-8: save the file as that\."
     ):
         read_toml(path)

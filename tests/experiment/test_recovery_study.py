@@ -105,7 +105,7 @@ def test_more_data_never_tell_less_and_noise_counts_as_it_should() -> None:
     assert one.sd[0, place] > WEAK > IDENTIFIED > one.sd[1, place]  # the paper's ramps do not tell this material's F_S
     assert one.best("F_S") == "presliding"
     assert one.best("thermal_softening.Q") == ""
-    with pytest.raises(ParameterError, match="without noise everything comes back"):
+    with pytest.raises(ParameterError, match="without noise every parameter is recovered"):
         recovery(parameter_set, ["ramp"], noise=0.0)
     with pytest.raises(ParameterError, match="motion 'jump'"):
         recovery(parameter_set, ["jump"])

@@ -27,7 +27,7 @@ def test_a_force_of_zero() -> None:
 
 def test_a_sign_that_is_turned() -> None:
     turned = replace(GOOD, outputs={"friction_force": -GOOD.outputs["friction_force"]})
-    with pytest.raises(ExperimentError, match=r"measured runs against calculated .*turn the sign"):
+    with pytest.raises(ExperimentError, match=r"measured runs against calculated .*reverse the sign"):
         identify(experiment(turned), MODEL, FREE)
 
 
@@ -77,15 +77,15 @@ def test_a_parameter_that_the_law_has_not() -> None:
         (["F_C"], {"values": {"F_C": 2.0}}, "held at a value and free at once"),
         (["F_C"], {"objective": "most_squares"}, "allowed are least_squares, huber, relative"),
         (["F_C"], {"search": "luck"}, "allowed are ga, de, none"),
-        (["F_C"], {"population": 2}, "needed are 5 to 100000"),
-        (["F_C"], {"population": 10**12}, "needed are 5 to 100000"),
-        (["F_C"], {"seed": -1}, "seed -1: needed are .* at least 0"),
+        (["F_C"], {"population": 2}, "a population of 5 to 100000"),
+        (["F_C"], {"population": 10**12}, "a population of 5 to 100000"),
+        (["F_C"], {"seed": -1}, "seed -1: allowed are .* a seed of 0 or more"),
         (["F_C"], {"hold_out": ("c0",)}, "all conditions are held out"),
         (["F_C"], {"hold_out": ("c7",)}, "asked for conditions 'c7'"),
         (
             ["direction_asymmetry.a"],
             {"on": ("direction_asymmetry",)},
-            r"direction_asymmetry\.a: it is 0\.1 where nobody says, and a value that is of either sign .* allows -0\.9 to 0\.9\. ",
+            r"direction_asymmetry\.a: it is 0\.1 where nobody says, and for a value that is of either sign .* allows -0\.9 to 0\.9\. ",
         ),
     ],
 )

@@ -71,9 +71,9 @@ def test_a_journal_is_read_instead_of_calculated(tmp_path: Path) -> None:
 
 def test_a_journal_of_another_search_is_refused(tmp_path: Path) -> None:
     identify(RIG, MODEL, FREE, Settings(**SETTINGS), execution=Execution(journal=tmp_path / "j"))  # type: ignore[arg-type]
-    with pytest.raises(JournalError, match="of another search; different are seed"):
+    with pytest.raises(JournalError, match="of another search, which differs in seed"):
         identify(RIG, MODEL, FREE, Settings(**{**SETTINGS, "seed": 4}), execution=Execution(journal=tmp_path / "j", resume=True))  # type: ignore[arg-type]
-    with pytest.raises(JournalError, match="different are bounds"):
+    with pytest.raises(JournalError, match="differs in bounds"):
         identify(
             RIG, MODEL, FREE, Settings(bounds={"F_C": (1.0, 30.0)}, **SETTINGS), execution=Execution(journal=tmp_path / "j", resume=True)
         )  # type: ignore[arg-type]
@@ -95,7 +95,7 @@ def test_a_damaged_head_of_a_journal_is_said_to_be_damaged(tmp_path: Path, damag
         "no journal": b"no journal at all\n",
     }[damage]
     path.write_bytes(hurt)
-    with pytest.raises(JournalError, match="j: the head of this journal, its first line, is damaged"):
+    with pytest.raises(JournalError, match="j: the first line of this journal is damaged"):
         Journal(path, facts, resume=True)
     assert path.read_bytes() == hurt
 

@@ -144,7 +144,7 @@ def test_checks_have_one_threshold() -> None:
     assert unit_ratio(1e3 * simulated, simulated) == pytest.approx(1e3)
     assert unit_ratio(CONSTANTS.wrong_unit_ratio / 2 * simulated, simulated) is None
     turned = experiment(trial(TO_AND_FRO, measured=-FORCE), nominal=TRUTH)
-    with pytest.raises(ExperimentError, match="turn the sign"):
+    with pytest.raises(ExperimentError, match="reverse the sign"):
         identify(turned, MODEL, ["F_C"], QUICK)
     assert any("check its sign" in said for said in compare(Prediction(MODEL, turned)).audit.refused)
 

@@ -65,4 +65,4 @@ def test_an_fmu_with_half_a_library_is_refused_in_one_line(fmus: dict[str, Path]
     done = subprocess.run([sys.executable, "-c", code, str(tmp_path / "half.fmu")], capture_output=True, text=True, check=False)
     assert done.returncode == 1, done.returncode
     assert "FmuError: " in done.stderr
-    assert "is cut short" in done.stderr.splitlines()[-1]
+    assert "is truncated" in done.stderr.splitlines()[-1]

@@ -175,7 +175,7 @@ def flagged(packed: bytes, header: bytes, place: int, byte: int) -> bytes:
     [
         (b"PK\1\2", 8, 1, "the entry .* is encrypted; pack the archive without a password"),
         (b"PK\1\2", 8, 0x41, "the entry .* is encrypted; pack the archive without a password"),
-        (b"PK\1\2", 10, 99, "the entry .* is packed by method 99, which is not read; pack it anew by Deflate"),
+        (b"PK\1\2", 10, 99, "the entry .* is packed by method 99, which is not read; repack it with Deflate"),
     ],
 )
 def test_what_is_sound_and_cannot_be_unpacked_is_not_called_corrupt(
@@ -474,7 +474,7 @@ def test_what_is_wrong_with_a_system_of_ssp_2(full: Path, tmp_path: Path, file: 
             'startElement="bus" startConnector="guideway_friction_force" endElement="bus" endConnector="guideway_friction_force"',
             "by itself",
         ),
-        ('startElement="drive" startConnector="friction_force" endConnector="guideway_friction_force"', "nothing gives, or nothing takes"),
+        ('startElement="drive" startConnector="friction_force" endConnector="guideway_friction_force"', "there is no output, or no input"),
         ('startElement="drive" startConnector="table_position" endConnector="guideway_friction_force"', "is fed twice"),
     ],
 )

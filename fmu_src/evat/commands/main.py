@@ -201,7 +201,7 @@ def main() -> None:
         app(_for_all_first(sys.argv[1:]))
     except OSError as error:  # of what is read, or of standard output; what is written says more (evat.files.writing)
         what = f"{error.filename}: " if error.filename is not None else ""
-        _refused(f"{what}{error.strerror or error}. It is the system that refuses; see to that file, disk or pipe, and try again.")
+        _refused(f"{what}{error.strerror or error}. The operating system refuses it; check that file, disk or pipe, and try again.")
     except Exception as error:
         from evat.model import EvatError  # loads numpy, which the help need not wait for
 

@@ -78,7 +78,7 @@ class Column:
             if np.isfinite(raw[place]):
                 self._too_large(file, row, float(raw[place]))
             raise ExperimentError(
-                f"{file}, column {self.header!r}, data row {row}: no finite number. Nothing is filled in; mend or cut it."
+                f"{file}, column {self.header!r}, data row {row}: no finite number. Nothing is filled in; correct or cut it."
             )
         least, most = self.low - self.slack, self.high + self.slack
         if (low < least and not self.never_negative) or high > most:
@@ -95,5 +95,5 @@ class Column:
     def _too_large(self, file: str, row: int, value: float) -> NoReturn:
         raise ExperimentError(
             f"{file}, column {self.header!r}, data row {row}: {value:g} {self.unit}; {self.name} of more than {MOST:g} {self.si} is no "
-            "measurement. Does it stand for a missing value, or is the unit or the scale wrong? Nothing is filled in; mend or cut it."
+            "measurement. Does it stand for a missing value, or is the unit or the scale wrong? Nothing is filled in; correct or cut it."
         )

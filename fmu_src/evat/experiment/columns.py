@@ -151,6 +151,6 @@ def _check_clock(file: str, header: str, rows: IntArray, last: float, times: Flo
     place = int(np.argmax(times <= before))
     raise ExperimentError(
         f"{file}, column {header!r}, data row {rows[place]}: the clock must increase from row to row; it goes from "
-        f"{before[place]:.9g} to {times[place]:.9g} s. Mend it, or cut the recording there; "
+        f"{before[place]:.9g} to {times[place]:.9g} s. Correct it, or cut the recording there; "
         "where a column counts the recordings of a file, give each trial its `rows`."
     )

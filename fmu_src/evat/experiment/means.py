@@ -60,7 +60,7 @@ def read_means(document: Document, file: str, path: Path, model: Model) -> Means
         if first < row and any(not _close(rows[first][name], value) for name, value in rows[row].items()):
             raise ExperimentError(
                 f"{file}, data row {row + 1}: the condition {condition!r} is in row {first + 1} already, at other values; rows of one "
-                "condition are replicates. Name them apart, or mend the values."
+                "condition are replicates. Give them different names, or correct the values."
             )
     return Means(file, conditions, values, outputs, sd)
 

@@ -33,7 +33,7 @@ def triggered(whole: Trial, header: str) -> list[Trial]:
         if end - begin < FEWEST_ROWS:
             raise ExperimentError(
                 f"{whole.file}, column {header!r}, data row {begin + 1}: the trigger is on for {end - begin} rows only; a recording has at "
-                f"least {FEWEST_ROWS}. Does it bounce? Mend the column."
+                f"least {FEWEST_ROWS}. Does it bounce? Correct the column."
             )
         path = PurePosixPath(whole.file)
         name = whole.file if begins.size == 1 else str(path.with_name(f"{path.stem}-part{count}{path.suffix}"))

@@ -44,7 +44,7 @@ def read_toml(path: Path) -> dict[str, Any]:
         if size > MOST_BYTES:
             raise TomlError(f"{path.name}: it has {size / 2**20:.3g} MiB; a TOML file of more than {MOST_BYTES >> 20} MiB is not read.")
         if path.read_bytes()[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
-            raise TomlError(f"{path.name}: this is no readable TOML file, but text in UTF-16; TOML is in UTF-8, save the file anew so.")
+            raise TomlError(f"{path.name}: this is no readable TOML file, but text in UTF-16; TOML is in UTF-8: save the file as that.")
         text = path.read_text(encoding="utf-8-sig")  # some editors put a mark in front
         _check_depth(text, path.name)
         return tomllib.loads(text)

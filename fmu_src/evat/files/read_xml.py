@@ -29,7 +29,7 @@ def read_xml(source: Path | bytes, what: str) -> Any:
     except (OSError, etree.XMLSyntaxError) as error:
         raise XmlError(f"{what}: this is no readable XML file: {error}.") from error
     if tree.docinfo.internalDTD is not None:
-        raise XmlError(f"{what}: it has a document type declaration, which it needs not; remove it.")
+        raise XmlError(f"{what}: it has a document type declaration, which is not needed; remove it.")
     return tree
 
 

@@ -130,5 +130,5 @@ def _explained(path: Path, form: TextForm = PLAIN, wanted: Sequence[str] = ()) -
         raise RecordError(f"{path.name}: the file's name is no text (UTF-8); rename it.") from error
     except UnicodeDecodeError as error:
         raise RecordError(
-            f"{path.name}: the headers are not written in UTF-8; name their encoding as reader.encoding, or save the file anew."
+            f"{path.name}: the headers are not written in UTF-8; name their encoding as reader.encoding, or save the file as UTF-8."
         ) from error

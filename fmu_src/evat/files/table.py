@@ -56,7 +56,7 @@ class Table:
         if not np.all(np.isfinite(values)):
             row = int(np.argmin(np.isfinite(values)))
             raise RecordError(
-                f"{self.path.name}, column {header!r}, data row {row + 1}: no finite number. Nothing is filled in; mend or cut it."
+                f"{self.path.name}, column {header!r}, data row {row + 1}: no finite number. Nothing is filled in; correct or cut it."
             )
         stated = unit_in(header)
         if stated is None and header.rstrip().endswith(("]", ")")):
@@ -104,7 +104,7 @@ def read_table(path: Path, form: TextForm = PLAIN) -> Table:
         names = table.column_names
     except UnicodeDecodeError as error:
         raise RecordError(
-            f"{path.name}: the headers are not written in UTF-8; name their encoding as reader.encoding, or save the file anew."
+            f"{path.name}: the headers are not written in UTF-8; name their encoding as reader.encoding, or save the file as UTF-8."
         ) from error
     columns = {}
     for field, column in zip(table.schema, table.columns, strict=True):
@@ -133,7 +133,9 @@ def read_texts(path: Path, header: str, form: TextForm = PLAIN) -> tuple[str, ..
         raise RecordError(f"{path.name}, column {header!r}: it cannot be read as text ({error}).") from error
     texts = column.to_pylist()
     if None in texts:
-        raise RecordError(f"{path.name}, column {header!r}, data row {texts.index(None) + 1}: it is empty. Nothing is filled in; mend it.")
+        raise RecordError(
+            f"{path.name}, column {header!r}, data row {texts.index(None) + 1}: it is empty. Nothing is filled in; complete it."
+        )
     return tuple(texts)
 
 

@@ -85,7 +85,7 @@ def _check_mark(path: Path, form: TextForm) -> None:
     if wide and form.holds_ascii:
         raise RecordError(
             f'{path.name}: this is text in UTF-16, and {form.encoding} was expected; write encoding = "utf-16" in [reader] of '
-            "experiment.toml, or save the file anew as UTF-8."
+            "experiment.toml, or save the file as UTF-8."
         )
 
 
@@ -140,7 +140,9 @@ def _decoded(path: Path, form: TextForm) -> str:
     size, encoding = path.stat().st_size, "utf-8-sig" if form.is_utf8 else form.encoding
     if size > MOST_DECODED:
         why = f"in {form.encoding}" if not form.holds_ascii else "with runs of blanks between its columns"
-        raise RecordError(f"{path.name}: {size >> 20} MiB {why}; a file that large is read in UTF-8 with a delimiter alone, save it anew.")
+        raise RecordError(
+            f"{path.name}: {size >> 20} MiB {why}; a file that large is read only in UTF-8 with a delimiter: save it as that."
+        )
     try:
         return path.read_bytes().decode(encoding)
     except UnicodeError as error:

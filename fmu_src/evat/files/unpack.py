@@ -97,7 +97,7 @@ def _readable(where: str) -> Iterator[None]:
     except OSError as error:
         if error.errno in (None, errno.EINVAL):  # a place in the file that is none
             raise ArchiveError(f"{where}: {_BROKEN} ({error}). Fetch it again.") from error
-        raise ArchiveError(f"{where}: it cannot be read: {error.strerror}. See to that file or its disk.") from error
+        raise ArchiveError(f"{where}: it cannot be read: {error.strerror}. Check that file and its disk.") from error
     except (EOFError, zipfile.BadZipFile, zlib.error, lzma.LZMAError, NotImplementedError, RuntimeError, ValueError) as error:
         raise ArchiveError(f"{where}: {_BROKEN} ({error}). Fetch it again.") from error
 
@@ -108,7 +108,7 @@ def _check_entry(entry: zipfile.ZipInfo, where: str) -> None:
     if entry.flag_bits & _ENCRYPTED:
         raise ArchiveError(f"{named} is encrypted; pack the archive without a password.")
     if entry.compress_type not in _METHODS:
-        raise ArchiveError(f"{named} is packed by method {entry.compress_type}, which is not read; pack it anew by Deflate.")
+        raise ArchiveError(f"{named} is packed by method {entry.compress_type}, which is not read; repack it with Deflate.")
     if any(unicodedata.category(sign) == "Cc" for sign in entry.filename):
         raise ArchiveError(f"{named} has control characters in its name; the archive is refused.")
     if (longest := max(len(part.encode(errors="replace")) for part in entry.filename.split("/"))) > _LONGEST_NAME:
@@ -140,7 +140,7 @@ def _check(entries: list[zipfile.ZipInfo], size: int, where: str, allowance: All
     if wanted > max(HARMLESS, MOST_TIMES * size):
         raise ArchiveError(
             f"{where}: it has {size / 2**20:.3g} MiB and unpacks to {wanted / 2**20:.3g} MiB; what is then more than {MOST_TIMES} times "
-            "as large is taken for a bomb and not read. If it is yours, pack it with less compression."
+            "as large is taken for a decompression bomb and not read. If it is yours, pack it with less compression."
         )
     if wanted > allowance.left:
         raise ArchiveError(f"{where}: with it, archives that lie in one unpack to more than {MOST_BYTES >> 30} GiB in all; it is not read.")

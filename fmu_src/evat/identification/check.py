@@ -46,7 +46,7 @@ def check_signs(objective: Objective) -> None:
         if (correlation := opposed(prediction.measured[places], nominal[places])) is not None:
             raise ExperimentError(
                 f"{channel}: measured runs against calculated (correlation {correlation:.2f}). Positive slip gives positive friction here; "
-                "turn the sign of the force's column, or of the motion's."
+                "reverse the sign of the force's column, or of the motion's (sign = -1)."
             )
 
 

@@ -41,7 +41,7 @@ def _within(rng: np.random.Generator, centre: FloatArray, covariance: FloatArray
         kept = np.concatenate([kept, points[np.all((points >= 0) & (points <= 1), axis=1)]])
         if len(kept) >= count:
             return kept[:count]
-    raise EvatError("hardly any draw of the estimates lies within the bounds; widen the bounds, or use the profile intervals.")
+    raise EvatError("too few draws of the estimates lie within the bounds; widen the bounds, or use the profile intervals.")
 
 
 def prior(variables: Sequence[tuple[Variable, float, tuple[float, float], float, float]], count: int, seed: int) -> dict[str, FloatArray]:

@@ -123,8 +123,8 @@ def _bounds(variable: Variable, start: float, begins: str, given: tuple[float, f
         if start <= 0 or variable.min < 0:
             why = "of either sign" if variable.min < 0 else "not above 0"
             raise ParameterError(
-                f"free parameter {name}: it is {start:g}{unit} {begins}, and a value that is {why} has no twentieth and twenty times "
-                f"for bounds; the model allows {variable.min:g} to {variable.max:g}{unit}. Give bounds, as --bound '{name}=LOW..HIGH'."
+                f"free parameter {name}: it is {start:g}{unit} {begins}, and for a value that is {why} a twentieth and twenty times it "
+                f"are no bounds; the model allows {variable.min:g} to {variable.max:g}{unit}. Give bounds, as --bound '{name}=LOW..HIGH'."
             )
         return max(variable.min, start / REACH), min(variable.max, start * REACH)
     low, high = given

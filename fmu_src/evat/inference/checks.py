@@ -39,7 +39,7 @@ def check_crowd(file: str, shortest: float, usual: float, sample: int) -> None:
     if shortest < CONSTANTS.finest_step * usual:
         raise ExperimentError(
             f"{file}: samples {sample} and {sample + 1} are {shortest:.4g} s apart, the usual step of the clock is {usual:.4g} s: no clock "
-            "tells them apart. Mend the times, or leave out one of both."
+            "tells them apart. Correct the times, or leave out one of the two."
         )
 
 

@@ -114,5 +114,5 @@ def _count(*sizes: int) -> int:
     """How many sets there are, where one stands for any number; ParameterError where they are not equally many."""
     several = set(sizes) - {1}
     if len(several) > 1:
-        raise ParameterError(f"the sets are not equally many: {', '.join(map(str, sorted(several)))}.")
+        raise ParameterError(f"values vary over different numbers of sets: {', '.join(map(str, sorted(several)))}.")
     return several.pop() if several else 1

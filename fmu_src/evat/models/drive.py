@@ -107,8 +107,8 @@ class Driver:
             if library.is_file() and (wanted := cut_at(library)) is not None:
                 name = library.relative_to(self._folder).as_posix()
                 raise FmuError(
-                    f"{self._path.name}: {name} is cut short: it has {library.stat().st_size} bytes, by its headers at least {wanted}. "
-                    "It is not loaded; build or fetch the FMU anew."
+                    f"{self._path.name}: {name} is truncated: it has {library.stat().st_size} bytes, by its headers at least {wanted}. "
+                    "It is not loaded; build or download the FMU again."
                 )
 
     def _load(self) -> None:

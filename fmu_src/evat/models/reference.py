@@ -784,7 +784,9 @@ class ReferenceContact:
                 self.direction, self.side = (-direction, side) if changed == 0 else (direction, -side)
             idle = idle + 1 if changed is not None and h <= least else 0
             if idle > 12:
-                raise ContactError(f"the friction law keeps changing sides at {self.time + tau} s; change the law or chip_flow_angle.")
+                raise ContactError(
+                    f"the friction law keeps switching between its branches at {self.time + tau} s; change the law or chip_flow_angle."
+                )
             grown = h * min(max(0.8 * max(bad, 1e-9) ** (-1 / 8), 0.2), 4.0)
             self.h = h = grown if changed is None or math.isinf(self.h) else max(grown, self.h)  # short for an event only
 

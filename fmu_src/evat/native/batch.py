@@ -164,7 +164,7 @@ def value_sets(
                 known.check(float(some))
         columns[known.index], lengths[name] = column, column.size
     if len(set(lengths.values())) > 1:
-        raise ParameterError(f"the sets are not equally many: {', '.join(f'{name} has {n}' for name, n in lengths.items())}.")
+        raise ParameterError(f"values vary over different numbers of sets: {', '.join(f'{name} has {n}' for name, n in lengths.items())}.")
     return next(iter(lengths.values()), 1), constants, columns
 
 
@@ -177,7 +177,8 @@ def _clock(run: Run, at: FloatArray | None) -> tuple[FloatArray, np.ndarray[Any,
             raise ParameterError(f"{what} must be a row of finite, increasing numbers in s.")
     if wanted[0] < times[0] or wanted[-1] > times[-1]:
         raise ParameterError(
-            f"outputs are wanted from {wanted[0]:g} to {wanted[-1]:g} s, the run goes from {times[0]:g} to {times[-1]:g} s; cut the first."
+            f"outputs are wanted from {wanted[0]:g} to {wanted[-1]:g} s, the run goes from {times[0]:g} to {times[-1]:g} s; ask for times "
+            "within the run."
         )
     if at is None:  # most runs, and the merge costs as much as a short one
         return times, np.ones(times.size, dtype=np.uint8)

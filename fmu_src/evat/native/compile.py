@@ -414,7 +414,7 @@ def _scratch_folder(output: Path) -> Iterator[Path]:
                 yield Path(folder)
     except OSError as error:
         raise CompileError(
-            f"{output}: it cannot be compiled there: {error.strerror or error}. Free some space, or see to the folder."
+            f"{output}: it cannot be compiled there: {error.strerror or error}. Free some space, or check the folder."
         ) from error
 
 

@@ -503,7 +503,7 @@ def check_column(known: Variable, column: FloatArray) -> None:
         row = int(np.argmax(bad))
         raise ParameterError(
             f"{known.name}, sample {row}: {column[row]:g} {known.unit}; allowed are finite values from {known.min:g} to {known.max:g}. "
-            "Mend or cut the record; nothing is filled in."
+            "Correct or cut the record; nothing is filled in."
         )
 
 

@@ -95,7 +95,7 @@ def recovery(
 ) -> Recovery:
     """The forecast for one set; noise, repeats and rate as in evat.studies.orthogonal; progress : told the motion that comes next."""
     if not noise > 0:
-        raise ParameterError(f"noise = {noise:g}: without noise everything comes back; more than 0 is needed.")
+        raise ParameterError(f"noise = {noise:g}: without noise every parameter is recovered exactly; more than 0 is needed.")
     truth = truth_of_set(parameter_set)
     tables = []
     for motion in motions:

@@ -96,7 +96,7 @@ def plan(
             "stop earlier."
         )
     if planned.count / planned.every > MOST_ROWS:
-        raise ParameterError(f"{planned.count} steps, each {planned.every}. kept: more than {MOST_ROWS} rows; keep fewer (--every).")
+        raise ParameterError(f"{planned.count} steps with every = {planned.every} give more than {MOST_ROWS} rows; keep fewer (--every).")
     return replace(planned, every=int(planned.every))
 
 

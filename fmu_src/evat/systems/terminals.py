@@ -63,7 +63,7 @@ def terminals(fmu: Path) -> dict[str, Terminal]:
         for row in element.findall("TerminalMemberVariable"):
             name, variable = row.get("memberName") or row.get("variableName"), row.get("variableName")
             if variable not in known:
-                raise TerminalError(f"{fmu.name}, terminal {element.get('name')}: there is no variable {variable!r}; mend {TERMINALS}.")
+                raise TerminalError(f"{fmu.name}, terminal {element.get('name')}: there is no variable {variable!r}; correct {TERMINALS}.")
             unit = known[variable].unit or (known[variable].declaredType.unit if known[variable].declaredType else None) or "1"
             members[name] = Member(name, variable, row.get("variableKind"), known[variable].causality, unit)
         by_name[element.get("name")] = Terminal(fmu.name, element.get("name"), element.get("terminalKind") or "", members)

@@ -139,7 +139,7 @@ def _check_name(folder: Path, path: Path, name: str) -> None:
     if not path.resolve().is_relative_to(folder.resolve()):
         raise RecordError(f"{path.name}: it leads out of the folder; copy the file into it.")
     if "\\" in name or not name.isprintable() or any("\ud800" <= sign <= "\udfff" for sign in name):
-        raise RecordError(f"{path.name!r}: the file's name has signs that no document can hold; rename it.")
+        raise RecordError(f"{path.name!r}: the file's name has characters that experiment.toml cannot hold; rename it.")
 
 
 def _words(form: TextForm) -> str:

@@ -40,7 +40,7 @@ class Signals(RecordedColumns):
         steps = np.concatenate([np.diff(rows[column.header]) for rows in self.rows.values()])
         step = float(np.median(steps)) if steps.size else 0.0
         if not step > 0:
-            raise ExperimentError(f"column {column.header!r} was taken for the clock and does not increase; say --signal {CLOCK}=COLUMN.")
+            raise ExperimentError(f"column {column.header!r} was taken for the clock and does not increase; use --signal {CLOCK}=COLUMN.")
         usual = "s" if step < 1 else "ms"  # nobody records friction at one sample a second or slower
         stamped = column.header == self.recorded.sniffed.form.timestamp
         unit = "s" if stamped else self.unit(column, usual)
@@ -68,7 +68,7 @@ class Signals(RecordedColumns):
             if base_unit(unit).exponents == base_unit(base).exponents:
                 return what
         raise ExperimentError(
-            f"column {column.header!r} is in {unit}; what it was taken for is in {', '.join(allowed)}. Say --signal or --unit."
+            f"column {column.header!r} is in {unit}; for what it was taken for, allowed is {' or '.join(allowed)}. Use --signal or --unit."
         )
 
     def radius(self, because: str) -> float:
@@ -108,7 +108,7 @@ class Signals(RecordedColumns):
         if not most - least <= ALIKE * most:
             raise ExperimentError(
                 f"{column.header!r} is a friction coefficient, and {load.header!r} goes from {least:.4g} to {most:.4g} N; a force is "
-                "needed. Add a column of the friction force, or say --motor-constant 'LOAD N' for a load that all recordings share."
+                "needed. Add a column of the friction force, or use --motor-constant 'LOAD N' for a load that all recordings share."
             )
         self.look.append(f"the friction force is {column.header!r} times the load of {np.median(loads):.4g} N")
         return float(f"{np.median(loads):.6g}")

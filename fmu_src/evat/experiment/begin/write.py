@@ -33,7 +33,7 @@ class Believed:
 def check_free(folder: Path, *, force: bool) -> None:
     """ExperimentError where there is a document already that must not be replaced."""
     if (folder / FILE).exists() and not force:
-        raise ExperimentError(f"{folder / FILE}: there is one already, and it is not overwritten; move it away, or say --force.")
+        raise ExperimentError(f"{folder / FILE}: there is one already, and it is not overwritten; move it away, or use --force.")
 
 
 def write_begun(begun: Begun, believed: Believed, *, force: bool) -> Path:

@@ -49,7 +49,7 @@ class Journal:
         self._next += 1
         if line["points"] != _digest(points):
             raise JournalError(
-                f"{self.path}: generation {self._next} of this journal is of other members than this search has; the libraries or the "
+                f"{self.path}: generation {self._next} of this journal has other members than this search; the libraries or the "
                 "machine have changed. Start without resuming."
             )
         return np.array(line["costs"], dtype=np.float64)
@@ -81,15 +81,15 @@ class Journal:
             whole += len(line)
         if not texts:
             raise JournalError(
-                f"{self.path}: the head of this journal, its first line, is damaged, or it is no journal; nobody knows which search it is "
-                "of. Start without resuming, which begins it anew."
+                f"{self.path}: the first line of this journal is damaged, or this is no journal; which search it belongs to cannot be "
+                "told. Start without resuming, which replaces it."
             )
         if texts[0] != head:
             written = json.loads(texts[0])
             asked = json.loads(head)
             other = sorted(key for key in {*written, *asked} if written.get(key) != asked.get(key))
             raise JournalError(
-                f"{self.path}: this journal is of another search; different are {', '.join(other)}. Ask for the same search, or start "
+                f"{self.path}: this journal is of another search, which differs in {', '.join(other)}. Ask for the same search, or start "
                 "without resuming."
             )
         self._lines = [json.loads(text) for text in texts[1:]]

@@ -114,7 +114,8 @@ def check_size(population: int, generations: int, seed: int) -> None:
     """ParameterError where no search is of that size: asked before any work."""
     if not 5 <= population <= MOST_MEMBERS or generations < 1 or seed < 0:
         raise ParameterError(
-            f"population {population}, generations {generations}, seed {seed}: needed are 5 to {MOST_MEMBERS}, at least 1, and at least 0."
+            f"population {population}, generations {generations}, seed {seed}: allowed are a population of 5 to {MOST_MEMBERS}, 1 or "
+            "more generations, and a seed of 0 or more."
         )
 
 

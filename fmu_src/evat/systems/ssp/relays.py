@@ -33,7 +33,7 @@ def through(system: Any, what: str) -> Iterator[tuple[str, tuple[Port, Port]]]:
         if "input" in (kinds[at], SEEN_FROM_WITHIN.get(kinds[to])):
             at, to = to, at
         if "input" in (kinds[at], SEEN_FROM_WITHIN.get(kinds[to])):
-            raise SspError(f"{where}: nothing gives, or nothing takes, between {_told(at)} and {_told(to)}.")
+            raise SspError(f"{where}: between {_told(at)} and {_told(to)} there is no output, or no input; one of each is needed.")
         if to[0] in components:
             direct.append((where, at, to))
         elif to in given:
