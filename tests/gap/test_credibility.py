@@ -165,17 +165,17 @@ def test_a_condition_that_the_others_do_not_foresee_tests_nothing() -> None:
     assert structural_share(comparison.whitening, held.predicted(model), comparison.recalibrated.predicted, {"c4"}) > 0.3
     assert held.left(model) < 0.1
     assert [effect.name for effect in answer.effects] == ["lean"]
-    assert "c1" in answer.closure.held_out
+    assert "c1" in answer.closure.held_out_conditions
     assert "c4" in answer.closure.unforeseen
-    assert answer.closure.share > 0.9
+    assert answer.closure.closed_share > 0.9
     assert any("c4" in sentence.partition("holds on ")[2].partition(":")[0] for sentence in answer.cannot_tell)
 
 
 def test_where_no_condition_is_foreseen_the_share_is_that_of_all(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(HeldOut, "foreseen", lambda *_: ())
     answer, _ = diagnose_with(measured(["bend"], {"bend.c": 0.4}, conditions=6), Toy())
-    assert np.isnan(answer.closure.share)
-    assert answer.closure.where_fitted[0] > 0.9
+    assert np.isnan(answer.closure.closed_share)
+    assert answer.closure.closed_share_where_fitted[0] > 0.9
     assert answer.closure.unforeseen == tuple(f"c{n}" for n in range(6))
     told = " ".join(_share(answer))
     assert "on the conditions that it was fitted to" in told

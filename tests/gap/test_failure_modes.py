@@ -38,7 +38,7 @@ def test_a_pair_that_cannot_be_told_apart_is_named_as_such() -> None:
     assert answer.verdict in ("ambiguous", "effect")
     candidates = {name for on in answer.judgement.likely for name in on}
     assert {"sensor_offset", "direction_asymmetry"} <= candidates
-    assert answer.advice is not None
+    assert answer.next_experiment is not None
 
 
 def test_the_larger_of_two_effects_is_found_at_least() -> None:
@@ -71,7 +71,7 @@ def test_a_nominal_model_that_is_far_off_is_recalibrated() -> None:
     answer = diagnose(measured(truth={"F_C": 11.7, "F_S": 14.3}), STILL)
     assert answer.verdict == "mistuned"
     assert answer.recalibration.parameters["F_C"][1] == pytest.approx(11.7, rel=0.03)
-    assert answer.recalibration.share > 0.95
+    assert answer.recalibration.explains_share > 0.95
 
 
 def _outliers(draw: np.random.Generator, size: int) -> FloatArray:

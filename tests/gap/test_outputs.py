@@ -254,8 +254,8 @@ def test_the_after_figures_are_the_fmus(outcome: tuple[Diagnosis, Comparison], w
     gain, zero, clock, drift = (errors[0] for errors in answer.recalibration.setup["friction_force"].values())
     (off,) = (error[0] for error in answer.recalibration.setup["slip_velocity"].values())
     ssv, chosen = written / "corrected.ssv", comparison.models[Hypothesis((EFFECT,))]
-    run = fmu_run.run_fmu(fmi2_fmu, ssv, comparison, chosen, answer.closure.held_out)
-    assert run.conditions == answer.closure.held_out
+    run = fmu_run.run_fmu(fmi2_fmu, ssv, comparison, chosen, answer.closure.held_out_conditions)
+    assert run.conditions == answer.closure.held_out_conditions
     # rates of inputs that a host gives differ in their last digits, and with them may a step of the solver: a hundredth of its tolerance
     assert run.difference < 1e-2 * float(comparison.prediction.nominal["relative_tolerance"])
     read, squares, count = parameter_sets.load(ssv), 0.0, 0
@@ -281,7 +281,7 @@ def test_what_corrected_ssv_reaches_by_itself_is_what_its_user_gets(
     told = json.loads((written / "diagnosis.json").read_text(encoding="utf-8"))["gap"]["values_alone"]
     left: dict[str, list[Any]] = {"nominal": [], "corrected": []}
     for trial in comparison.prediction.experiment.trials:
-        if trial.condition not in answer.closure.held_out:
+        if trial.condition not in answer.closure.held_out_conditions:
             continue
         run, nominal = Run(trial.times, trial.inputs, ("measured_friction_force",)), comparison.prediction.nominal
         for name, on, values in (("nominal", (), nominal), ("corrected", read.effects, kernel.by_choice(dict(read.values)))):
@@ -293,7 +293,7 @@ def test_what_corrected_ssv_reaches_by_itself_is_what_its_user_gets(
     share = (row["recalibrated"] ** 2 - row["corrected"] ** 2) / (row["recalibrated"] ** 2 - floor**2)
     assert told["closed_share"] == pytest.approx(share, rel=1e-3)
     chosen = comparison.models[Hypothesis((EFFECT,))]
-    ran = fmu_run.run_fmu(fmi2_fmu, written / "corrected.ssv", comparison, chosen, answer.closure.held_out)
+    ran = fmu_run.run_fmu(fmi2_fmu, written / "corrected.ssv", comparison, chosen, answer.closure.held_out_conditions)
     assert ran.rms["friction_force"]["alone"] == pytest.approx(row["corrected"], rel=1e-5)
     # it is another figure than that with the set-up
     assert abs(ran.rms["friction_force"]["alone"] / ran.rms["friction_force"]["corrected"] - 1) > 1e-3
@@ -311,11 +311,11 @@ def test_an_fmu_that_differs_is_told_of(
 
     monkeypatch.setattr(FmuModel, "simulate", wrong)
     ssv, chosen = written / "corrected.ssv", comparison.models[Hypothesis((EFFECT,))]
-    run = fmu_run.run_fmu(fmi2_fmu, ssv, comparison, chosen, answer.closure.held_out)
+    run = fmu_run.run_fmu(fmi2_fmu, ssv, comparison, chosen, answer.closure.held_out_conditions)
     level = comparison.whitening.levels["friction_force"]
     shown = 1 + float(chosen.values["setup.friction_force.gain"])  # of 1 N
     assert run.difference == pytest.approx(max(shown, 1.0) / level, rel=1e-6)  # the larger of the runs with the set-up and without it
-    held = [s.at for s in comparison.prediction.segments if s.condition in answer.closure.held_out]
+    held = [s.at for s in comparison.prediction.segments if s.condition in answer.closure.held_out_conditions]
     forms = comparison.prediction.form_names  # which no FMU has
     exact = comparison.prediction.linearise(()).one({name: value for name, value in chosen.values.items() if name not in forms}, chosen.on)
     assert all(np.allclose(run.predicted[at] - exact[at], shown) for at in held)
@@ -424,9 +424,9 @@ def test_each_verdict_is_a_sentence(outcome: tuple[Diagnosis, Comparison]) -> No
     said_more = sentence(replace(answer, verdict="ambiguous", judgement=more))
     assert said_more.startswith(f"The gap is caused by {EFFECT}, and perhaps also by one of these")
     assert said_more.endswith(": run_out; edge_force.")
-    more_than_all = sentence(replace(answer, closure=replace(answer.closure, share=1.153)))
+    more_than_all = sentence(replace(answer, closure=replace(answer.closure, closed_share=1.153)))
     assert "closes 115 % of what recalibration leaves" in more_than_all
-    nothing = replace(answer.closure, share=-0.2)
+    nothing = replace(answer.closure, closed_share=-0.2)
     assert "closes nothing" in sentence(replace(answer, closure=nothing))
 
 
@@ -454,8 +454,10 @@ def test_what_is_likelier_than_the_rest_and_not_alone_is_called_likely(outcome: 
         f"The gap is most likely caused by {EFFECT} (probability 65 %), if not by sensor_offset (34 %)."
     )
     nan = float("nan")
-    seen = replace(answer.closure, share=nan, interval=(nan, nan), held_out=(), where_fitted=(0.93, (0.9, 0.96)))
-    advised = replace(open_, advice=Advice({"slip_velocity": 0.01}, (on, other), 0.62), closure=seen)
+    seen = replace(
+        answer.closure, closed_share=nan, interval=(nan, nan), held_out_conditions=(), closed_share_where_fitted=(0.93, (0.9, 0.96))
+    )
+    advised = replace(open_, next_experiment=Advice({"slip_velocity": 0.01}, (on, other), 0.62), closure=seen)
     fewer = "with fewer than 3 conditions none can be held out of the fits"
     said = headline(advised, comparison)
     assert said.share == "93 %"
@@ -463,11 +465,11 @@ def test_what_is_likelier_than_the_rest_and_not_alone_is_called_likely(outcome: 
         "of what recalibration leaves above the noise is closed by the fit, on the conditions that it was fitted to "
         f"(90 % interval 90 % to 96 %); {fewer}"
     )
-    less = headline(replace(advised, closure=replace(seen, where_fitted=(1.06, (1.04, 1.07)))), comparison)
+    less = headline(replace(advised, closure=replace(seen, closed_share_where_fitted=(1.06, (1.04, 1.07)))), comparison)
     beyond = "above 100 % less is left than the noise was estimated at, by chance or by a correction that goes too far"
     assert less.share == "106 %"  # as diagnosis.json has it
     assert less.share_of.endswith(f"(90 % interval 104 % to 107 %; {beyond}); {fewer}")
-    few = headline(replace(advised, closure=replace(seen, where_fitted=(0.93, (nan, nan)))), comparison)
+    few = headline(replace(advised, closure=replace(seen, closed_share_where_fitted=(0.93, (nan, nan)))), comparison)
     assert few.share_of.endswith(f"(without an interval: 3 recordings tell one); {fewer}")
     # No green badge above the words that a nominal value is not credible.
     far = replace(comparison.models[on], point=np.where(np.arange(comparison.models[on].point.size) == 0, 9.0, comparison.models[on].point))
@@ -492,7 +494,7 @@ def test_what_recalibration_leaves_is_told_where_it_is_far_more_than_noise(
     answer, _ = outcome
     (channel,) = answer.closure.rms
     rms = {channel: {"nominal": 1.0, "recalibrated": left, "corrected": left, "noise_floor": 0.067}}
-    closure = replace(answer.closure, rms=rms, by_recalibration=(0.93, (0.92, 0.94)), where_fitted=(0.93, (0.92, 0.94)))
+    closure = replace(answer.closure, rms=rms, by_recalibration=(0.93, (0.92, 0.94)), closed_share_where_fitted=(0.93, (0.92, 0.94)))
     judged = replace(answer.judgement, chosen=Hypothesis(()), likely=(Hypothesis(()),))
     said = sentence(replace(answer, verdict="mistuned", effects=(), judgement=judged, closure=closure), share=False)
     assert ("What it leaves of the friction force is 4.3 times the noise" in said) == told
@@ -504,9 +506,9 @@ def test_a_cause_that_leaves_far_more_than_noise_is_not_just_named(outcome: tupl
     answer, comparison = outcome
     (channel,) = answer.closure.rms
     rms = {channel: {"nominal": 1.0, "recalibrated": 0.95, "corrected": left, "noise_floor": 0.067}}
-    alone = replace(answer.closure.alone, share=0.9)
+    alone = replace(answer.closure.values_alone, closed_share=0.9)
     judged = replace(answer.judgement, probabilities={Hypothesis((EFFECT,)): 0.99}, likely=(Hypothesis((EFFECT,)),))
-    top = headline(replace(answer, judgement=judged, closure=replace(answer.closure, rms=rms, alone=alone)), comparison)
+    top = headline(replace(answer, judgement=judged, closure=replace(answer.closure, rms=rms, values_alone=alone)), comparison)
     assert top.status == ("likely cause" if told else "cause named")
     assert top.tone == ("attention" if told else "good")
     assert ("What it leaves of the friction force is 13 times the noise" in top.sentence) == told
@@ -530,7 +532,7 @@ def test_below_even_odds_a_cause_is_called_unsure(outcome: tuple[Diagnosis, Comp
     answer, comparison = outcome
     on, other = Hypothesis((EFFECT,)), Hypothesis(("sensor_offset",))
     judged = replace(answer.judgement, probabilities={on: 0.49, other: 0.31, Hypothesis(()): 0.15}, likely=(on, other, Hypothesis(())))
-    open_ = replace(answer, judgement=judged, advice=Advice({"slip_velocity": 0.01}, (on, other), 0.72))
+    open_ = replace(answer, judgement=judged, next_experiment=Advice({"slip_velocity": 0.01}, (on, other), 0.72))
     said = headline(open_, comparison)
     assert (said.status, said.tone) == ("cause unsure", "attention")
     assert sentence(open_, share=False) == (
@@ -539,13 +541,13 @@ def test_below_even_odds_a_cause_is_called_unsure(outcome: tuple[Diagnosis, Comp
     )
     assert said.next.endswith(f" rms: with a probability of 72 % that tells {EFFECT} from sensor_offset.")
     assert "use corrected.ssv" not in said.next
-    assert headline(replace(open_, advice=None), comparison).next.startswith("record more conditions")
+    assert headline(replace(open_, next_experiment=None), comparison).next.startswith("record more conditions")
 
 
 def test_a_share_that_there_is_none_of_is_no_model_that_fails(outcome: tuple[Diagnosis, Comparison]) -> None:
     answer, comparison = outcome
     for share, why in ((float("nan"), "there is no gap to close"), (0.1, "it does not hold")):
-        closure = replace(answer.closure, share=share, interval=(share, share), held_out=("c1",))
+        closure = replace(answer.closure, closed_share=share, interval=(share, share), held_out_conditions=("c1",))
         assert headline(replace(answer, closure=closure), comparison).next.startswith(
             f"do not use the corrected model yet: {why} where no fit has looked."
         )
@@ -572,7 +574,9 @@ def test_no_effect_is_one_of_what_data_cannot_tell_apart(outcome: tuple[Diagnosi
 def test_recalibration_that_closes_nothing_is_not_said_to_close_the_gap(outcome: tuple[Diagnosis, Comparison]) -> None:
     answer, comparison = outcome
     for share, said in ((-0.13, "hardly closes the gap"), (0.97, "closes the gap")):
-        closure = replace(answer.closure, by_recalibration=(share, (share - 0.01, share + 0.01)), where_fitted=(share, (share, share)))
+        closure = replace(
+            answer.closure, by_recalibration=(share, (share - 0.01, share + 0.01)), closed_share_where_fitted=(share, (share, share))
+        )
         judged = replace(answer.judgement, chosen=Hypothesis(()), likely=(Hypothesis(()),))
         top = headline(replace(answer, verdict="mistuned", effects=(), judgement=judged, closure=closure), comparison)
         assert said in top.sentence

@@ -93,7 +93,7 @@ def test_the_positioning_drive_leans() -> None:
     answer = diagnose(_experiment("EMPS", law, trials), STILL)
     assert _probability(answer, "direction_asymmetry") > 0.8
     assert "direction_asymmetry" in [effect.name for effect in answer.effects]
-    assert answer.closure.share > 0.5
+    assert answer.closure.closed_share > 0.5
 
 
 def test_table_2_of_the_paper_has_a_gap_that_coulomb_cannot_close() -> None:
@@ -116,7 +116,7 @@ def test_table_2_of_the_paper_has_a_gap_that_coulomb_cannot_close() -> None:
     means = Means("means.csv", tuple(materials), values, columns, spread)
     answer = diagnose(_experiment("table 2", nominal, [], means, {"shear_stress": 0.5}), STILL)
     assert answer.verdict in ("unknown", "ambiguous", "effect")
-    held = [materials.index(condition) for condition in answer.closure.held_out]
+    held = [materials.index(condition) for condition in answer.closure.held_out_conditions]
     feed = answer.closure.rms["mean_feed_force"]
     assert feed["recalibrated"] > 0.8 * float(np.sqrt(np.mean(columns["mean_feed_force"][held] ** 2)))
 

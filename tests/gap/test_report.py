@@ -66,7 +66,7 @@ def _evil(comparison: Comparison) -> Comparison:
 def test_markup_in_names_stays_text(text: str, tmp_path: Path) -> None:
     """As many scripts and images as in the harmless report, the title letter for letter, and no event handler anywhere."""
     answer, comparison = diagnosed()
-    closure = replace(answer.closure, held_out=tuple(f"{EVIL}{name}" for name in answer.closure.held_out))
+    closure = replace(answer.closure, held_out_conditions=tuple(f"{EVIL}{name}" for name in answer.closure.held_out_conditions))
     evil = _page(replace(answer, closure=closure, cannot_tell=(EVIL,), made_by={"version": EVIL}), _evil(comparison), tmp_path / "out")
     page, harmless = html.fromstring(evil), html.fromstring(text)
     assert page.findtext(".//h1") == EVIL
@@ -122,7 +122,7 @@ def test_the_top_says_all_that_matters() -> None:
     assert f"{EFFECT}: {effect.physics} (" in said.sentence
     assert "switch" not in said.sentence
     low, high = (percent(end) for end in answer.closure.interval)
-    assert said.share == percent(answer.closure.share)
+    assert said.share == percent(answer.closure.closed_share)
     assert f"90 % interval {low} to {high}" in said.share_of
     assert "corrected.ssv" in said.next
     assert (said.first, said.tone) == ((), "good")
@@ -176,7 +176,7 @@ def test_a_number_on_the_page_is_the_number_behind_it(text: str) -> None:
 def test_more_than_all_of_the_gap_is_printed_as_it_is(tmp_path: Path) -> None:
     """115 % in diagnosis.json was "100 % (100 % to 100 %)" on the page; above all of it, the page says what that means."""
     answer, comparison = diagnosed()
-    closure = replace(answer.closure, share=1.153, interval=(1.137, 1.167))
+    closure = replace(answer.closure, closed_share=1.153, interval=(1.137, 1.167))
     body = html.fromstring(_page(replace(answer, closure=closure), comparison, tmp_path / "out")).text_content()
     assert "The effects close 115 % (90 % interval 114 % to 117 %; above 100 % less is left than the noise was estimated at" in body
     assert "115 % of what recalibration leaves above the noise is closed by the fit" in " ".join(body.split())
@@ -229,11 +229,11 @@ def test_a_zero_of_the_set_up_is_no_mistuning(tmp_path: Path) -> None:
     zero, sd, unit = answer.recalibration.setup["F"]["zero"]
     assert (pytest.approx(0.08, abs=4 * sd), unit) == (zero, "N")
     assert [(error.channel, error.kind) for error in answer.recalibration.notable] == [("F", "zero")]
-    alone, fitted = answer.closure.alone, answer.closure.rms["F"]
-    assert abs(alone.share) < 0.01
+    alone, fitted = answer.closure.values_alone, answer.closure.rms["F"]
+    assert abs(alone.closed_share) < 0.01
     assert alone.rms["F"]["corrected"] == pytest.approx(alone.rms["F"]["nominal"], rel=0.01)
     assert fitted["corrected"] < 1.1 * fitted["noise_floor"]
-    (recalibrated,) = diagnose_with(measured(noise=0.03), Toy())[0].closure.alone.rms.values()
+    (recalibrated,) = diagnose_with(measured(noise=0.03), Toy())[0].closure.values_alone.rms.values()
     assert recalibrated["corrected"] < 0.5 * alone.rms["F"]["corrected"]
 
 
@@ -259,7 +259,14 @@ def test_why_no_condition_is_held_out_is_one_reason(tmp_path: Path) -> None:
     """The top said that the others do not determine the values, and the page that there were too few conditions."""
     answer, comparison = diagnosed()
     nan = float("nan")
-    closure = replace(answer.closure, share=nan, interval=(nan, nan), held_out=(), where_fitted=(0.7, (0.6, 0.8)), unforeseen=("slow",))
+    closure = replace(
+        answer.closure,
+        closed_share=nan,
+        interval=(nan, nan),
+        held_out_conditions=(),
+        closed_share_where_fitted=(0.7, (0.6, 0.8)),
+        unforeseen=("slow",),
+    )
     body = " ".join(html.fromstring(_page(replace(answer, closure=closure), comparison, tmp_path / "out")).text_content().split())
     assert body.count("without slow the others do not determine the values") == 2
     assert "too few conditions" not in body

@@ -59,9 +59,9 @@ def test_recalibration_closes_what_its_values_close(share: float, said: str) -> 
     """Not what the set-up does beside them."""
     answer, comparison = diagnose_with(measured(["bend"], {"bend.c": 0.0, "k": 10.6}), Toy())
     assert answer.verdict == "mistuned"
-    assert answer.closure.alone.share == pytest.approx(1.0, abs=0.2)
-    put_right = replace(answer.closure.set_up_right, share=share)
-    turned = replace(answer, closure=replace(answer.closure, set_up_right=put_right))
+    assert answer.closure.values_alone.closed_share == pytest.approx(1.0, abs=0.2)
+    put_right = replace(answer.closure.values_with_set_up, closed_share=share)
+    turned = replace(answer, closure=replace(answer.closure, values_with_set_up=put_right))
     top = headline(turned, comparison)
     assert said in top.sentence
     assert top.next.startswith("do not use" if share < 0.5 else "use the recalibrated values")
@@ -72,7 +72,7 @@ def test_right_values_beside_a_set_up_that_is_off_are_to_be_used_once_that_is_pu
     made = measured(["bend"], {"bend.c": 0.0, "k": 10.3}, noise=0.03, extra=np.full(400, 0.12))
     answer, comparison = diagnose_with(made, Toy())
     assert answer.verdict == "mistuned"
-    assert answer.closure.alone.share < 0.5 < answer.closure.set_up_right.share
+    assert answer.closure.values_alone.closed_share < 0.5 < answer.closure.values_with_set_up.closed_share
     top = headline(answer, comparison)
     assert "closes the gap" in top.sentence
     assert "hardly" not in top.sentence
@@ -85,4 +85,4 @@ def test_right_values_beside_a_set_up_that_is_off_are_to_be_used_once_that_is_pu
     stiffness, zero = answer.recalibration.parameters["k"][1], answer.recalibration.setup["F"]["zero"][0]
     gain = 1 + answer.recalibration.setup["F"]["gain"][0]
     left = np.concatenate([t.outputs["F"] - gain * stiffness * t.inputs["x"] - zero for t in made.trials])
-    assert answer.closure.set_up_right.rms["F"]["corrected"] == pytest.approx(float(np.sqrt(np.mean(left**2))), rel=0.05)
+    assert answer.closure.values_with_set_up.rms["F"]["corrected"] == pytest.approx(float(np.sqrt(np.mean(left**2))), rel=0.05)

@@ -221,4 +221,4 @@ def test_coulomb_that_is_only_mistuned_is_recalibrated_where_it_reverses_at_a_sa
     assert not np.any((np.abs(slip) > 0) & (np.abs(slip) < 1e-9))
     answer = evat.diagnose(made)
     assert answer.verdict == "mistuned"
-    assert answer.closure.where_fitted[0] > 0.9
+    assert answer.closure.closed_share_where_fitted[0] > 0.9

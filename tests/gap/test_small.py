@@ -20,9 +20,9 @@ def test_certain_and_small_beside_no_gap() -> None:
     answer = told(0.05)
     assert answer.verdict == "no_gap"
     assert not answer.effects
-    assert answer.small is not None
-    assert [on.names for on in answer.small.either] == [("lean",)]
-    assert pytest.approx(0.0027, abs=0.001) == answer.small.share
+    assert answer.small_effect is not None
+    assert [on.names for on in answer.small_effect.either] == [("lean",)]
+    assert pytest.approx(0.0027, abs=0.001) == answer.small_effect.share_of_rms
     assert re.search(r"Beside that, the data ask for lean \(log evidence \d\d\), 0\.27\d* %", sentence(answer))
     assert "too small to be named as a cause" in sentence(answer)
     assert json.loads(answer.json())["small_effect"]["either"] == [["lean"]]
@@ -37,7 +37,7 @@ def test_certain_and_small_as_the_verdict() -> None:
 def test_large_is_not_called_small() -> None:
     answer = told(1.0)
     assert answer.verdict == "effect"
-    assert answer.small is None
+    assert answer.small_effect is None
     assert "small" not in sentence(answer)
 
 
@@ -45,5 +45,5 @@ def test_large_is_not_called_small() -> None:
 def test_chance_is_not_certain(a: float, seed: int) -> None:
     """Nor is nine of log evidence."""
     answer = told(a, seed)
-    assert answer.small is None
+    assert answer.small_effect is None
     assert sentence(answer) == "No gap beyond noise and repeatability."

@@ -27,9 +27,9 @@ def test_the_effect_that_is_there_is_named(on: str, parameter: str, value: float
     estimate, sd, _ = named.parameters[parameter]
     assert abs(estimate - value) < 4 * sd
     assert sd < 0.2 * abs(value)
-    assert answer.closure.share == pytest.approx(1.0, abs=0.05)
-    assert answer.closure.held_out == ("c0", "c1", "c2", "c3")
-    assert np.isnan(answer.closure.where_fitted[0])
+    assert answer.closure.closed_share == pytest.approx(1.0, abs=0.05)
+    assert answer.closure.held_out_conditions == ("c0", "c1", "c2", "c3")
+    assert np.isnan(answer.closure.closed_share_where_fitted[0])
 
 
 @pytest.mark.parametrize(("conditions", "repeats", "has_interval"), [(2, 2, True), (1, 2, False)])
@@ -38,8 +38,8 @@ def test_too_few_conditions_tell_a_share_of_what_was_fitted(conditions: int, rep
     made = measured(["bend"], {"bend.c": 0.2}, conditions=conditions, repeats=repeats)
     answer = diagnose(made, Toy())
     closure = answer.closure
-    assert (closure.held_out, np.isfinite(closure.share)) == ((), False)
-    share, (low, high) = closure.where_fitted
+    assert (closure.held_out_conditions, np.isfinite(closure.closed_share)) == ((), False)
+    share, (low, high) = closure.closed_share_where_fitted
     assert share == pytest.approx(1.0, abs=0.1)
     assert (np.isfinite(low) and low < high) == np.isfinite(low) == has_interval
     if has_interval:
@@ -58,7 +58,7 @@ def test_a_wrong_stiffness_is_no_effect() -> None:
     assert answer.verdict == "mistuned"
     nominal, value, sd = answer.recalibration.parameters["k"]
     assert (nominal, value) == (10.0, pytest.approx(11.0, abs=4 * sd))
-    assert answer.recalibration.share > 0.99
+    assert answer.recalibration.explains_share > 0.99
 
 
 def test_two_effects_are_two() -> None:

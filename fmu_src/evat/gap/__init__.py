@@ -15,7 +15,7 @@ from threadpoolctl import threadpool_limits
 from evat.constants import CONSTANTS
 from evat.experiment import Experiment, Means
 from evat.gap.advise import next_experiment
-from evat.gap.answer import Diagnosis, Named, Recalibrated
+from evat.gap.answer import Diagnosis, Named, Novelty, Recalibrated
 from evat.gap.budget import structural
 from evat.gap.closure import Closure, HeldOut, close
 from evat.gap.later_part import later_part
@@ -100,12 +100,12 @@ def conclude(comparison: Comparison, known: Constants, said: tuple[str, ...] = (
         effects=_named(comparison, judgement) if verdict != CANNOT_TELL else (),
         judgement=judgement,
         gates=gates(judgement, comparison.audit.refused),
-        novelty=(1 - judgement.unknown, min(judgement.features.left.get(judgement.chosen, 1.0), 1.0)),
+        novelty=Novelty(1 - judgement.unknown, min(judgement.features.left.get(judgement.chosen, 1.0), 1.0)),
         recalibration=_recalibrated(comparison, fitted(comparison, judgement.chosen), closure),
         where=_location(comparison, judgement),
         closure=closure,
         cannot_tell=missing,
-        advice=next_experiment(comparison, judgement.probabilities),
+        next_experiment=next_experiment(comparison, judgement.probabilities),
         made_by={
             "version": version,
             "model": prediction.model.digest,
@@ -113,7 +113,7 @@ def conclude(comparison: Comparison, known: Constants, said: tuple[str, ...] = (
         },
         families=_families(prediction.model, judgement),
         members=_members(prediction.model),
-        small=None if comparison.audit.refused else small_effect(comparison, judgement),
+        small_effect=None if comparison.audit.refused else small_effect(comparison, judgement),
         foreign={channel: comparison.noise.irregular[channel] for channel in foreign_channels(judgement.features, known)},
     )
 

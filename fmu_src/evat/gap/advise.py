@@ -19,11 +19,11 @@ from evat.model import EvatError, FloatArray, Variable
 
 @dataclass(frozen=True)
 class Advice:
-    """`values`: what to set, SI, of an input its rms; `separates`: the two hypotheses; `probability` to be right after it."""
+    """`values`: what to set, SI, of an input its rms; `separates`: the two hypotheses; `expected_probability` to be right after it."""
 
     values: Mapping[str, float]
     separates: tuple[Hypothesis, Hypothesis]
-    probability: float
+    expected_probability: float
 
 
 def next_experiment(comparison: Comparison, probabilities: Mapping[Hypothesis, float]) -> Advice | None:

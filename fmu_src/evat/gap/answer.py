@@ -6,7 +6,7 @@ import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 from evat.constants import CONSTANTS
 from evat.gap.advise import Advice
@@ -26,24 +26,31 @@ FORMAT = 1
 
 @dataclass(frozen=True)
 class Named:
-    """An effect of the answer, or another base law: `parameters[name]` are value, sd and unit; `twins` cannot be told from it by these
-    data."""
+    """An effect of the answer, or another base law: `parameters[name]` are value, sd and unit; these data cannot tell it from those
+    that it is `not_separable_from`."""
 
     name: str
     probability: float
     parameters: Mapping[str, tuple[float, float, str]]
-    twins: tuple[str, ...]
+    not_separable_from: tuple[str, ...]
     is_law: bool = False
+
+
+class Novelty(NamedTuple):
+    """How likely these candidates are all that acts, and the share of the gap that the chosen ones leave."""
+
+    p_value: float
+    unexplained_share: float
 
 
 @dataclass(frozen=True)
 class Recalibrated:
-    """`parameters[name]`: nominal value, recalibrated value, sd; `share` of the nominal structural gap that they explain, with the set-up;
+    """`parameters[name]`: nominal value, recalibrated value, sd; `explains_share`: of the nominal structural gap, with the set-up;
     `setup[channel][kind]`: gain, zero and clock that all trials share, each with value, sd and unit; `notable` are those of them that
     take up most of the gap in a channel; `with_effects[name]`: value and sd of the same parameters beside the effects that are named."""
 
     parameters: Mapping[str, tuple[float, float, float]]
-    share: float
+    explains_share: float
     setup: Mapping[str, Mapping[str, tuple[float, float, str]]]
     notable: tuple[SetUpError, ...] = ()
     with_effects: Mapping[str, tuple[float, float]] = field(default_factory=dict)
@@ -58,14 +65,14 @@ class Diagnosis(ShownAsTable):
     verdict : str
         no_gap, mistuned, effect, ambiguous, unknown or cannot_tell.
     effects : tuple of Named
-        The effects and base laws that are named: `name`, `probability`, `parameters` (name -> value, sd, unit), and `twins`, which cannot
-        be told from it.
+        The effects and base laws that are named: `name`, `probability`, `parameters` (name -> value, sd, unit), and
+        `not_separable_from`, which cannot be told from it.
     judgement : Judgement
         What was judged, and the probabilities of all hypotheses.
     gates : tuple of Gate
         The questions that led to the verdict, in order, each with its numbers and whether it moved the verdict.
-    novelty : tuple of (float, float)
-        p value that something unknown acts, and the share of the gap that nothing explains.
+    novelty : Novelty
+        `p_value` that something unknown acts, and `unexplained_share` of the gap.
     recalibration : Recalibrated
         Nominal and recalibrated values (name -> nominal, value, sd), the share of the gap that they explain, and set-up errors.
     where : Location
@@ -75,7 +82,7 @@ class Diagnosis(ShownAsTable):
         its unit, as the set-up shows the models, and `alone` by the values alone that corrected.ssv holds.
     cannot_tell : tuple of str
         What these data leave open, in sentences.
-    advice : Advice or None
+    next_experiment : Advice or None
         The experiment that would tell the two likeliest causes apart.
     made_by : mapping of str to str or float
         Versions, and digests of model and data.
@@ -83,7 +90,7 @@ class Diagnosis(ShownAsTable):
         Probability that an effect of each family acts, the likeliest first.
     members : mapping of str to tuple of str
         The effects of each family.
-    small : SmallEffect or None
+    small_effect : SmallEffect or None
         What is certain and yet small.
     foreign : mapping of str to Irregularity
         By channel, what comes and goes by itself and is more than the effects explain.
@@ -109,16 +116,16 @@ class Diagnosis(ShownAsTable):
     effects: tuple[Named, ...]
     judgement: Judgement
     gates: tuple[Gate, ...]
-    novelty: tuple[float, float]
+    novelty: Novelty
     recalibration: Recalibrated
     where: Location
     closure: Closure
     cannot_tell: tuple[str, ...]
-    advice: Advice | None
+    next_experiment: Advice | None
     made_by: Mapping[str, str | float]
     families: Mapping[str, float] = field(default_factory=dict)
     members: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    small: SmallEffect | None = None
+    small_effect: SmallEffect | None = None
     foreign: Mapping[str, Irregularity] = field(default_factory=dict)
     later: str = ""
 
@@ -141,22 +148,22 @@ class Diagnosis(ShownAsTable):
                         name: {"value": _number(value), "sd": _number(sd), "unit": unit}
                         for name, (value, sd, unit) in effect.parameters.items()
                     },
-                    "not_separable_from": list(effect.twins),
+                    "not_separable_from": list(effect.not_separable_from),
                 }
                 for effect in self.effects
             ],
             "candidates": [{"set": list(on), "probability": probability} for on, probability in self.candidates],
             "families": [{"name": name, "probability": _number(p)} for name, p in self.families.items() if p > CONSTANTS.least_candidate],
             "small_effect": None
-            if self.small is None
+            if self.small_effect is None
             else {
-                "either": [list(on) for on in self.small.either],
-                "channel": self.small.channel,
-                "share_of_rms": _number(self.small.share),
-                "log_evidence": _number(self.small.gain),
+                "either": [list(on) for on in self.small_effect.either],
+                "channel": self.small_effect.channel,
+                "share_of_rms": _number(self.small_effect.share_of_rms),
+                "log_evidence": _number(self.small_effect.log_evidence),
             },
             "gates": [gate.document() for gate in self.gates],
-            "novelty": {"p_value": _number(self.novelty[0]), "unexplained_share": _number(self.novelty[1])},
+            "novelty": {"p_value": _number(self.novelty.p_value), "unexplained_share": _number(self.novelty.unexplained_share)},
             "recalibration": {
                 "parameters": {
                     name: {"nominal": _number(nominal), "value": _number(value), "sd": _number(sd)}
@@ -165,7 +172,7 @@ class Diagnosis(ShownAsTable):
                 "with_effects": {
                     name: {"value": _number(value), "sd": _number(sd)} for name, (value, sd) in self.recalibration.with_effects.items()
                 },
-                "explains_share": _number(self.recalibration.share),
+                "explains_share": _number(self.recalibration.explains_share),
                 "closed_share": _share(self.closure.by_recalibration),
             },
             "setup": {
@@ -187,20 +194,20 @@ class Diagnosis(ShownAsTable):
             "gap": {
                 "unit": self.closure.unit,
                 "channels": {channel: {name: _number(value) for name, value in row.items()} for channel, row in self.closure.rms.items()},
-                "closed_share": _share((self.closure.share, self.closure.interval)),
-                "held_out_conditions": list(self.closure.held_out),
-                "closed_share_where_fitted": _share(self.closure.where_fitted),
+                "closed_share": _share((self.closure.closed_share, self.closure.interval)),
+                "held_out_conditions": list(self.closure.held_out_conditions),
+                "closed_share_where_fitted": _share(self.closure.closed_share_where_fitted),
                 # As corrected.ssv holds them: no form that no law has, and no set-up, no start of a recording, or both put right.
-                "values_alone": _left(self.closure.alone),
-                "values_with_set_up": _left(self.closure.set_up_right),
+                "values_alone": _left(self.closure.values_alone),
+                "values_with_set_up": _left(self.closure.values_with_set_up),
             },
             "cannot_tell": list(self.cannot_tell),
             "next_experiment": None
-            if self.advice is None
+            if self.next_experiment is None
             else {
-                "values": {name: _number(value) for name, value in self.advice.values.items()},
-                "separates": [["+".join(on) or "none" for on in self.advice.separates]],
-                "expected_probability": _number(self.advice.probability),
+                "values": {name: _number(value) for name, value in self.next_experiment.values.items()},
+                "separates": [["+".join(on) or "none" for on in self.next_experiment.separates]],
+                "expected_probability": _number(self.next_experiment.expected_probability),
             },
             "made_by": {name: _number(value) if isinstance(value, float) else value for name, value in self.made_by.items()},
         }
@@ -209,9 +216,9 @@ class Diagnosis(ShownAsTable):
         from evat.notebook.tables import ResultTable
 
         rows = [(" + ".join(on) or "none", "" if p is None else f"{100 * p:.1f} %") for on, p in self.candidates]
-        (share, (low, high)), where = (self.closure.share, self.closure.interval), ""
-        if not self.closure.held_out:
-            (share, (low, high)), where = self.closure.where_fitted, " of conditions that it was fitted to"
+        (share, (low, high)), where = (self.closure.closed_share, self.closure.interval), ""
+        if not self.closure.held_out_conditions:
+            (share, (low, high)), where = self.closure.closed_share_where_fitted, " of conditions that it was fitted to"
         interval = f", 90 % interval {100 * low:.0f} to {100 * high:.0f} %" if math.isfinite(low) else ""
         closed = f"closes {100 * share:.0f} % of the gap{where}{interval}" if math.isfinite(share) else ""
         return ResultTable(f"Diagnosis: {self.verdict}", ("effects", "probability"), rows, (closed, *self.cannot_tell))
@@ -223,7 +230,7 @@ class Diagnosis(ShownAsTable):
 def _left(values: ValuesAlone) -> dict[str, Any]:
     return {
         "channels": {channel: {name: _number(value) for name, value in row.items()} for channel, row in values.rms.items()},
-        "closed_share": _number(values.share),
+        "closed_share": _number(values.closed_share),
     }
 
 

@@ -18,25 +18,25 @@ from evat.model import BoolArray, FloatArray
 
 @dataclass(frozen=True)
 class Closure:
-    """`share` of the structural gap that the effects close on `held_out` conditions, each by fits that have not seen it, nan where none
-    could be held out, with its 90 % interval; `rms[channel]`: nominal, recalibrated, corrected and noise floor [unit of the channel],
-    there or, where there are none, everywhere; `unit`: what these are in, "N rms" or, where channels differ, each with its own;
-    `by_recalibration`: share of the nominal model's gap that recalibration alone closes there, with its interval. `where_fitted` is, of all
-    conditions, which the fits have seen, what the effects close, or recalibration where there are none; nan where some are held out.
-    `unforeseen`: conditions that were held out, too, and tell nothing, since what the models do there hangs on values that the others do
-    not tell. `alone`: what is left at the conditions of `rms` by values alone, those that were fitted to all conditions; `set_up_right`:
-    the same with what the set-up is off by put right."""
+    """`closed_share` of the structural gap by the effects on `held_out_conditions`, each by fits that have not seen it, nan where none could
+    be held out, with its 90 % interval; `rms[channel]`: nominal, recalibrated, corrected and noise floor [unit of the channel], there or,
+    where there are none, everywhere; `unit`: what these are in, "N rms" or, where channels differ, each with its own;
+    `by_recalibration`: share of the nominal model's gap that recalibration alone closes there, with its interval.
+    `closed_share_where_fitted` is, of all conditions, which the fits have seen, what the effects close, or recalibration where there are
+    none; nan where some are held out. `unforeseen`: conditions that were held out, too, and tell nothing, since what the models do there
+    hangs on values that the others do not tell. `values_alone`: what is left at the conditions of `rms` by values alone, those that were
+    fitted to all conditions; `values_with_set_up`: the same with what the set-up is off by put right."""
 
-    share: float
+    closed_share: float
     interval: tuple[float, float]
-    held_out: tuple[str, ...]
+    held_out_conditions: tuple[str, ...]
     rms: dict[str, dict[str, float]]
     unit: str
     by_recalibration: tuple[float, tuple[float, float]] = (math.nan, (math.nan, math.nan))
-    where_fitted: tuple[float, tuple[float, float]] = (math.nan, (math.nan, math.nan))
+    closed_share_where_fitted: tuple[float, tuple[float, float]] = (math.nan, (math.nan, math.nan))
     unforeseen: tuple[str, ...] = ()
-    alone: ValuesAlone = field(default_factory=ValuesAlone)
-    set_up_right: ValuesAlone = field(default_factory=ValuesAlone)
+    values_alone: ValuesAlone = field(default_factory=ValuesAlone)
+    values_with_set_up: ValuesAlone = field(default_factory=ValuesAlone)
 
 
 def folds_of(conditions: Sequence[str]) -> tuple[tuple[str, ...], ...]:
@@ -194,9 +194,11 @@ def close(comparison: Comparison, chosen: Fit, held: HeldOut) -> Closure:
     alone, put_right = (values_alone(comparison, chosen, there, floors, set_up) for set_up in (False, True))
     if foreseen:
         shares = held.recalibrated(foreseen)
-        return Closure(*closed, foreseen, rms, unit, shares, unforeseen=others, alone=alone, set_up_right=put_right)
+        return Closure(*closed, foreseen, rms, unit, shares, unforeseen=others, values_alone=alone, values_with_set_up=put_right)
     shares = held.where_fitted(chosen)
-    return Closure(*closed, foreseen, rms, unit, where_fitted=shares, unforeseen=others, alone=alone, set_up_right=put_right)
+    return Closure(
+        *closed, foreseen, rms, unit, closed_share_where_fitted=shares, unforeseen=others, values_alone=alone, values_with_set_up=put_right
+    )
 
 
 def _unit(comparison: Comparison, channels: Iterable[str]) -> str:

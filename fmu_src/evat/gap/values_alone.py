@@ -21,12 +21,12 @@ from evat.model import FloatArray
 
 @dataclass(frozen=True)
 class ValuesAlone:
-    """`rms[channel]` of measured less what the nominal, the recalibrated and the corrected values give [unit of the channel]; `share` of
-    what the recalibrated values leave above the noise that the corrected ones close, or these of the nominal ones' where nothing was
-    added. Either as the set-up is, or with it put right."""
+    """`rms[channel]` of measured less what the nominal, the recalibrated and the corrected values give [unit of the channel];
+    `closed_share` of what the recalibrated values leave above the noise, closed by the corrected ones, or these of the nominal ones' where
+    nothing was added. Either as the set-up is, or with it put right."""
 
     rms: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
-    share: float = math.nan
+    closed_share: float = math.nan
 
 
 def replayed(comparison: Comparison, fit: Fit, set_up: bool = False) -> FloatArray:

@@ -83,7 +83,7 @@ def _fill(answer: Diagnosis, comparison: Comparison, folder: Path, fmu: Path | N
         from evat.gap.report.fmu_run import run_fmu  # brings fmpy
 
         chosen = fitted(comparison, answer.judgement.chosen)
-        run = run_fmu(fmu, ssv, comparison, chosen, answer.closure.held_out)
+        run = run_fmu(fmu, ssv, comparison, chosen, answer.closure.held_out_conditions)
     (folder / JSON).write_text(answer.json(), encoding="utf-8")
     (folder / REPORT).write_text(page(answer, comparison, run, without, beside), encoding="utf-8")
 

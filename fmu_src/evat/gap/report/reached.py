@@ -68,22 +68,22 @@ def set_up_off(answer: Diagnosis, comparison: Comparison) -> str:
 def _alone(answer: Diagnosis, comparison: Comparison) -> tuple[str, ...]:
     """What corrected.ssv leaves with the set-up put right, and as it is; alone where the set-up leaves nothing to close."""
     closure, prediction = answer.closure, comparison.prediction
-    put_right = math.isfinite(closure.set_up_right.share)
-    values = closure.set_up_right if put_right else closure.alone
-    if not math.isfinite(values.share):
+    put_right = math.isfinite(closure.values_with_set_up.closed_share)
+    values = closure.values_with_set_up if put_right else closure.values_alone
+    if not math.isfinite(values.closed_share):
         return ()
     whose = "recalibrated" if answer.judgement.chosen else "nominal"
     each = []
     for channel, row in values.rms.items():
         own, theirs, noise = (_size(prediction, channel, x) for x in (row["corrected"], row[whose], closure.rms[channel]["noise_floor"]))
         if put_right:
-            own += f" rms ({_size(prediction, channel, closure.alone.rms[channel]['corrected'])} as the set-up is)"
-            theirs += f" ({_size(prediction, channel, closure.alone.rms[channel][whose])})"
+            own += f" rms ({_size(prediction, channel, closure.values_alone.rms[channel]['corrected'])} as the set-up is)"
+            theirs += f" ({_size(prediction, channel, closure.values_alone.rms[channel][whose])})"
         else:
             own += " rms"
         each.append(f"of the {channel.replace('_', ' ')} it leaves {own}, they leave {theirs}, and the noise is {noise}")
-    share = percent(values.share) if values.share > CONSTANTS.noise_floor_error else "nothing"
-    if beyond := beyond_all(values.share):
+    share = percent(values.closed_share) if values.closed_share > CONSTANTS.noise_floor_error else "nothing"
+    if beyond := beyond_all(values.closed_share):
         share = f"{share} ({beyond})"
     how = "With the set-up put right" if put_right else "By itself"
     form = " Fits have a form of the law beside the values, which no parameter set holds." if prediction.form_names else ""

@@ -89,8 +89,8 @@ def _meanings(answer: Diagnosis, comparison: Comparison) -> tuple[str, ...]:
     named: Iterable[str] = ()
     if answer.verdict == "ambiguous":
         named = [name for on in answer.judgement.likely for name in on.names]
-    elif answer.small:
-        named = [name for on in answer.small.either for name in on.names]
+    elif answer.small_effect:
+        named = [name for on in answer.small_effect.either for name in on.names]
     return tuple(f"{name}: {known[name]}" for name in dict.fromkeys(named) if name in known)
 
 
@@ -105,16 +105,19 @@ def _doubted(answer: Diagnosis) -> tuple[str, ...]:
 
 def _share(answer: Diagnosis) -> tuple[str, str]:
     """How much of the gap closes, with its interval: on conditions left out of the fit, or with too few of them on all."""
-    closure, held = answer.closure, len(answer.closure.held_out)
+    closure, held = answer.closure, len(answer.closure.held_out_conditions)
     conditions = f"{held} condition{'s' if held > 1 else ''}, each left out of the fit"
     if answer.judgement.chosen and answer.verdict in ("effect", "ambiguous"):
-        (value, (low, high)), what = (closure.share, closure.interval), "of what recalibration leaves above the noise is closed by the fit"
+        (value, (low, high)), what = (
+            (closure.closed_share, closure.interval),
+            "of what recalibration leaves above the noise is closed by the fit",
+        )
     elif answer.verdict == "mistuned":
         (value, (low, high)), what = closure.by_recalibration, "of the gap above the noise is closed by recalibration with the set-up"
     else:
         return "", ""
     if not held:
-        value, (low, high) = closure.where_fitted
+        value, (low, high) = closure.closed_share_where_fitted
         conditions = "the conditions that it was fitted to"
     if not math.isfinite(value):
         return "No share", f"can be given: on {conditions} there is no gap above the noise"
@@ -125,7 +128,7 @@ def _share(answer: Diagnosis) -> tuple[str, str]:
 
 def _why_fitted(closure: Closure) -> str:
     """Why the share is none of conditions left out of the fit."""
-    if closure.held_out:
+    if closure.held_out_conditions:
         return ""
     if closure.unforeseen:
         return f"; none can be held out of the fits: without {', '.join(closure.unforeseen)} the others do not determine the values"
@@ -161,15 +164,15 @@ def _next(answer: Diagnosis, comparison: Comparison, far: bool) -> str:
         if experiment and len(answer.judgement.likely) > 1:
             return experiment
         return "record more conditions; what is doubted cannot be settled by these." if doubts or not experiment else experiment
-    if not closure.held_out:
+    if not closure.held_out_conditions:
         return experiment or "record more conditions, so that the effect can be tried where no fit has looked."
-    if not closure.share > CONSTANTS.advised_share:
-        why = "it does not hold" if math.isfinite(closure.share) else "there is no gap to close"
+    if not closure.closed_share > CONSTANTS.advised_share:
+        why = "it does not hold" if math.isfinite(closure.closed_share) else "there is no gap to close"
         return f"do not use the corrected model yet: {why} where no fit has looked. " + (
             f"{experiment[:1].upper()}{experiment[1:]}" if experiment else "Record more conditions."
         )
-    if closure.set_up_right.share <= CONSTANTS.advised_share:
-        return f"do not use corrected.ssv: it closes {percent(closure.set_up_right.share)} without the form of the law that fits have. " + (
+    if (closed := closure.values_with_set_up.closed_share) <= CONSTANTS.advised_share:
+        return f"do not use corrected.ssv: it closes {percent(closed)} without the form of the law that fits have. " + (
             f"{experiment[:1].upper()}{experiment[1:]}" if experiment else "Record more conditions."
         )
     if rivals_of(answer):
@@ -181,9 +184,10 @@ def _use(answer: Diagnosis, comparison: Comparison, values: str) -> str:
     """Values by themselves, or first what has to be put right for them to do, or to be looked at."""
     if left := remainder(answer):
         return f"look at what is left before corrected.ssv is used: what it leaves {left}, and something else is not as the model has it."
-    if answer.closure.alone.share > CONSTANTS.advised_share or not (off := set_up_off(answer, comparison)):
+    closed = answer.closure.values_alone.closed_share
+    if closed > CONSTANTS.advised_share or not (off := set_up_off(answer, comparison)):
         return values
-    return f"put right what the set-up is off by ({off}), or the values close {percent(answer.closure.alone.share)} alone; then {values}"
+    return f"put right what the set-up is off by ({off}), or the values close {percent(closed)} alone; then {values}"
 
 
 def _check(answer: Diagnosis, comparison: Comparison) -> str:
@@ -195,15 +199,15 @@ def _check(answer: Diagnosis, comparison: Comparison) -> str:
 
 def _experiment(answer: Diagnosis, comparison: Comparison) -> str:
     """The condition that tells the two likeliest models apart."""
-    if answer.advice is None:
+    if answer.next_experiment is None:
         return ""
     signals = comparison.prediction.experiment.signals
     at = ", ".join(
         f"{name} = {display(x, typed(comparison.prediction, name), digits=4)}{' rms' if name in signals else ''}"
-        for name, x in answer.advice.values.items()
+        for name, x in answer.next_experiment.values.items()
     )
-    one, other = (str(on) for on in answer.advice.separates)
-    how = sure(answer.advice.probability)
+    one, other = (str(on) for on in answer.next_experiment.separates)
+    how = sure(answer.next_experiment.expected_probability)
     return f"record more conditions; by these two models best at {at}: with a probability of {how} that tells {one} from {other}."
 
 

@@ -30,8 +30,10 @@ def closes(answer: Diagnosis) -> bool:
     """Whether recalibration, where nothing else is named, closes as much of the gap as a corrected model is advised for: as it was fitted,
     and by its values with the set-up put right."""
     closure = answer.closure
-    share, _ = closure.by_recalibration if closure.held_out else closure.where_fitted
-    return answer.verdict != "mistuned" or not (share <= CONSTANTS.advised_share or closure.set_up_right.share <= CONSTANTS.advised_share)
+    share, _ = closure.by_recalibration if closure.held_out_conditions else closure.closed_share_where_fitted
+    return answer.verdict != "mistuned" or not (
+        share <= CONSTANTS.advised_share or closure.values_with_set_up.closed_share <= CONSTANTS.advised_share
+    )
 
 
 def sentence(answer: Diagnosis, meanings: Mapping[str, str] = MappingProxyType({}), *, share: bool = True) -> str:
@@ -39,7 +41,7 @@ def sentence(answer: Diagnosis, meanings: Mapping[str, str] = MappingProxyType({
     if answer.verdict == "unknown" and answer.foreign:
         return _foreign(answer.foreign)
     if answer.verdict in SENTENCES:
-        return _without_effects(answer) + _left(answer) + (f" Beside that, {_small(answer)}." if answer.small else "")
+        return _without_effects(answer) + _left(answer) + (f" Beside that, {_small(answer)}." if answer.small_effect else "")
     if answer.verdict == "ambiguous":
         likely, reasons = answer.judgement.likely, answer.judgement.features.doubts.get(answer.judgement.chosen, ())
         if len(likely) == 1:
@@ -135,18 +137,19 @@ def _foreign(foreign: Mapping[str, Irregularity]) -> str:
 
 
 def _size(answer: Diagnosis) -> str:
-    if answer.small is None:
+    if answer.small_effect is None:
         return ""
-    return f"; it is small, {percent(answer.small.share)} of the {answer.small.channel.replace('_', ' ')}"
+    return f"; it is small, {percent(answer.small_effect.share_of_rms)} of the {answer.small_effect.channel.replace('_', ' ')}"
 
 
 def _small(answer: Diagnosis) -> str:
     """An effect that the data ask for and that is small, where the verdict names none."""
-    if answer.small is None:
+    small = answer.small_effect
+    if small is None:
         return ""
-    which, share = " or ".join(map(str, answer.small.either)), percent(answer.small.share)
+    which, share = " or ".join(map(str, small.either)), percent(small.share_of_rms)
     return (
-        f"the data ask for {which} (log evidence {answer.small.gain:.0f}), {share} of the {answer.small.channel.replace('_', ' ')}: "
+        f"the data ask for {which} (log evidence {small.log_evidence:.0f}), {share} of the {small.channel.replace('_', ' ')}: "
         "too small to be named as a cause"
     )
 
@@ -178,7 +181,7 @@ def sure(probability: float) -> str:
 
 
 def _far(answer: Diagnosis) -> str:
-    closed, them = answer.closure.share, "them" if len(answer.effects) > 1 else "it"
+    closed, them = answer.closure.closed_share, "them" if len(answer.effects) > 1 else "it"
     if not math.isfinite(closed):
         return ""
     if closed <= 0:

@@ -33,7 +33,7 @@ def doubts(comparison: Comparison, on: Hypothesis, held: HeldOut) -> tuple[str, 
         reasons.append(f"it leaves more of the gap than without it on the conditions {seen}: {share:.3g} of it closes")
     where = foreseen or comparison.prediction.experiment.conditions
     floors = {channel: math.sqrt(own.floor) for channel, own in squares(comparison.whitening, fit.predicted, set(where)).items()}
-    by_values = values_alone(comparison, fit, where, floors, set_up=True).share
+    by_values = values_alone(comparison, fit, where, floors, set_up=True).closed_share
     if by_values < -CONSTANTS.taken_back:
         reasons.append(f"its values close {by_values:.3g} of the gap, and the form of the law beside them takes that back")
     return tuple(reasons)

@@ -18,12 +18,12 @@ from evat.inference.hypothesis import Hypothesis
 
 @dataclass(frozen=True)
 class SmallEffect:
-    """What changes no channel by more than `share` of its rms; `either` is what it is, or may be; `gain` its log evidence over none."""
+    """What changes no channel by more than `share_of_rms`; `either` is what it is, or may be; `log_evidence` that over none."""
 
     either: tuple[Hypothesis, ...]
     channel: str
-    share: float
-    gain: float
+    share_of_rms: float
+    log_evidence: float
 
 
 def small_effect(comparison: Comparison, judgement: Judgement) -> SmallEffect | None:
