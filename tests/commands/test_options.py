@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import typer
-from evat.commands.options import grouped
+from evat.commands.shared import grouped
 from typer.testing import CliRunner
 
 

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from evat.commands.options import grouped
-from evat.commands.shared import Json, Values, print_json, typed_values
+from evat.commands.shared import Json, Values, grouped, print_json, typed_values
 from evat.commands.tables import WholeTable
 from evat.console import err, marked, out
 from evat.files.writing import OutputError, usable
@@ -46,7 +45,7 @@ class SignalOptions:
 
 
 @dataclass(frozen=True)
-class NominalOptions:
+class RigOptions:
     """What is believed of the rig beside the recordings."""
 
     mass: Annotated[str | None, typer.Option(help="What a drive accelerates, such as '30 kg'.")] = None
@@ -74,7 +73,7 @@ def init(
     *,
     folder: Annotated[Path, typer.Argument(help="A folder with recordings or averages: CSV, text or Parquet.")],
     signals: SignalOptions,
-    nominal: NominalOptions,
+    nominal: RigOptions,
     form: FormOptions,
     force: Annotated[bool, typer.Option("--force", help="Replace an experiment.toml that is there.")] = False,
     as_json: Json = False,

@@ -11,9 +11,8 @@ import typer
 
 from evat import parameter_sets
 from evat.commands.begin import check_page, init, write_page
-from evat.commands.options import grouped
 from evat.commands.recovery import recovery
-from evat.commands.shared import Json, SpeedUnit, Values, only, print_json, share_done, typed_values
+from evat.commands.shared import Json, SpeedUnit, Values, grouped, only, print_json, share_done, typed_values
 from evat.commands.tables import WholeTable
 from evat.console import err, marked, out
 from evat.model import ParameterError

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from evat import parameter_sets
-from evat.commands.options import grouped
-from evat.commands.shared import Json, SpeedUnit, Values, lines_done, only, print_json, share_done, typed_seconds, typed_values
+from evat.commands.shared import Json, SpeedUnit, Values, grouped, lines_done, only, print_json, share_done, typed_seconds, typed_values
 from evat.commands.tables import WholeTable
 from evat.console import out
 from evat.files.writing import usable

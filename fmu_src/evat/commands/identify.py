@@ -13,8 +13,7 @@ import typer
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.text import Text
 
-from evat.commands.options import grouped
-from evat.commands.shared import Json, Values, Whole, one_of, print_json, share_done, stoppable, typed_values
+from evat.commands.shared import Json, Values, Whole, grouped, one_of, print_json, share_done, stoppable, typed_values
 from evat.commands.statuses import STOPPED
 from evat.commands.tables import WholeTable
 from evat.console import err, headline, marked, note, out, shows_bars

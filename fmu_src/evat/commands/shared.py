@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
+import functools
+import inspect
 import json
 import os
 import signal
@@ -11,7 +14,7 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, get_type_hints
 
 import typer
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
@@ -40,6 +43,7 @@ Whole = Annotated[
 ]
 PATIENCE = 2.5  # s after Ctrl-C
 TABLES = (".csv", ".parquet", ".pq")
+KEYWORD = inspect.Parameter.KEYWORD_ONLY
 
 
 def _bar() -> Progress:
@@ -175,3 +179,36 @@ def stoppable(kept: Callable[[], str]) -> Iterator[Callable[[], bool]]:
     finally:
         late.cancel()
         signal.signal(signal.SIGINT, before)
+
+
+def grouped(command: Callable[..., None]) -> Callable[..., None]:
+    """A command that takes options that belong together as one value, a dataclass of them: Typer, which knows single ones, is given its
+    fields, and nothing of it shows on the command line."""
+    signature, hints = inspect.signature(command), get_type_hints(command, include_extras=True)
+    groups = {name: hints[name] for name in signature.parameters if dataclasses.is_dataclass(hints[name])}
+    options: dict[str, inspect.Parameter] = {}
+    for name, parameter in signature.parameters.items():
+        own = _options_of(groups[name]) if name in groups else [parameter.replace(kind=KEYWORD, annotation=hints[name])]
+        options |= {option.name: option for option in own}
+
+    @functools.wraps(command)
+    def called(**given: Any) -> None:
+        held = {name: group(**{field.name: given.pop(field.name) for field in dataclasses.fields(group)}) for name, group in groups.items()}
+        command(**given, **held)
+
+    vars(called)["__signature__"] = signature.replace(parameters=list(options.values()))
+    called.__annotations__ = {name: option.annotation for name, option in options.items()}
+    return called
+
+
+def _options_of(group: Any) -> list[inspect.Parameter]:
+    hints = get_type_hints(group, include_extras=True)
+    return [
+        inspect.Parameter(
+            field.name,
+            KEYWORD,
+            default=inspect.Parameter.empty if field.default is dataclasses.MISSING else field.default,
+            annotation=hints[field.name],
+        )
+        for field in dataclasses.fields(group)
+    ]
