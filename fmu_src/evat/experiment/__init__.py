@@ -114,7 +114,7 @@ class SetupSd:
 class Trial:
     """One recording: every column has shape (n,), in SI; `values` are what the component's parameters were in it. `lead_in` is what was
     recorded just before and does not count: a model runs through it to where the recording begins. `noise_sd` is that of a sample of an
-    output, where its owner stated one."""
+    output, where its owner stated one; `position_sd` that of the position [m] which an input was differentiated from."""
 
     file: str
     condition: str
@@ -124,6 +124,7 @@ class Trial:
     outputs: Mapping[str, FloatArray]
     lead_in: Trial | None = None
     noise_sd: Mapping[str, float] = field(default_factory=dict)
+    position_sd: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def sampling_interval(self) -> float:

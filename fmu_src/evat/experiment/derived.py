@@ -11,7 +11,7 @@ from evat.experiment import ExperimentError
 from evat.experiment.column import Column
 from evat.experiment.document import FRICTION, Document
 from evat.experiment.remarks import unwrapped
-from evat.experiment.smoothing import derivative
+from evat.experiment.smoothing import derivative, position_noise
 from evat.model import FloatArray
 from evat.required_inputs import MOTION
 
@@ -43,6 +43,16 @@ def derived(file: str, columns: Sequence[Column], held: list[FloatArray], docume
         acceleration = derivative(held[motion], step, order)
         columns_in_si[force] = held[force] - inertia.mass * acceleration - inertia.load
     return columns_in_si
+
+
+def noise_of_positions(columns: Sequence[Column], held: Sequence[FloatArray], document: Document) -> dict[str, float]:
+    """By the input that is differentiated from it, the standard deviation by which a position is off [m]; without those that are exact."""
+    sds = {
+        column.name: position_noise(unwrapped(values, column.turn))
+        for column, values in zip(columns, held, strict=True)
+        if document.signals[column.name].of
+    }
+    return {name: sd for name, sd in sds.items() if sd > 0}
 
 
 def even_step(file: str, times: FloatArray) -> float:

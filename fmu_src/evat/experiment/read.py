@@ -18,7 +18,7 @@ import numpy as np
 from evat.experiment import Experiment, Means, Remark, Trial
 from evat.experiment.column import Column
 from evat.experiment.columns import trial_batches, trial_columns
-from evat.experiment.derived import derived
+from evat.experiment.derived import derived, noise_of_positions
 from evat.experiment.document import TRIGGER, Document, TrialEntry, read_document
 from evat.experiment.means import read_means
 from evat.experiment.trigger import triggered
@@ -217,6 +217,7 @@ def _read_trial(
             column[at:end] = values[: end - at]
         at = end
     room(at)
+    position_sd = noise_of_positions(columns, held, document)
     held = derived(entry.file, columns, held, document)
     for column in held:
         column.flags.writeable = False
@@ -225,7 +226,7 @@ def _read_trial(
         by_role[document.signals[known.name].role][known.name] = column
     marked = {TRIGGER: by_role[None][TRIGGER]} if TRIGGER in by_role[None] else {}
     outputs = {**by_role["output"], **marked}
-    return Trial(entry.file, entry.condition, entry.values, held[0], by_role["input"], outputs, noise_sd=entry.noise_sd)
+    return Trial(entry.file, entry.condition, entry.values, held[0], by_role["input"], outputs, None, entry.noise_sd, position_sd)
 
 
 def _scan_trial(entry: TrialEntry, columns: list[Column], done: Callable[[int], None], form: TextForm, remarks: list[Remark]) -> TrialFacts:

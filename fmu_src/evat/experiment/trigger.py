@@ -47,4 +47,4 @@ def triggered(whole: Trial, header: str) -> list[Trial]:
 
 def _cut(whole: Trial, outputs: Mapping[str, FloatArray], name: str, at: slice) -> Trial:
     inputs, kept = ({key: column[at] for key, column in some.items()} for some in (whole.inputs, outputs))
-    return Trial(name, whole.condition, whole.values, whole.times[at], inputs, kept)
+    return replace(whole, file=name, times=whole.times[at], inputs=inputs, outputs=kept)

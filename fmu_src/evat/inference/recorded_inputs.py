@@ -2,20 +2,23 @@
 
 A recorded velocity has noise, which bends bristles at rest and wears the model out; and it makes repeats of one motion differ, though they
 are the same run. Its noise is taken out by local parabolas (evat.experiment.smoothing); what is left of the error is told by smoothing once
-more what was smoothed, with fresh noise.
+more what was smoothed, with fresh noise. That of a velocity that was differentiated is told by differentiating its position once more.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 from scipy.signal import correlate
 
 from evat.constants import CONSTANTS
 from evat.experiment import Experiment, Trial
-from evat.experiment.smoothing import noise_sd, smoothed
+from evat.experiment.smoothing import derivative, noise_sd, smoothed
+from evat.inference.checks import rms
 from evat.model import FloatArray, IntArray
 
 
@@ -38,6 +41,12 @@ def smoothed_inputs(experiment: Experiment) -> RecordedInputs:
         inputs, perturbed = dict(first.inputs), dict(first.inputs)
         for name in first.inputs:
             rows = np.array([experiment.trials[place].inputs[name] for place in places])
+            if sd := max(experiment.trials[place].position_sd.get(name, 0.0) for place in places):
+                inputs[name] = rows.mean(axis=0)
+                left = sd / np.sqrt(len(np.unique(rows, axis=0)))  # rounding is the same in repeats that are
+                perturbed[name] = _differentiated_again(first.times, inputs[name], left, draw)
+                noise[name] = max(noise.get(name, 0.0), rms(perturbed[name] - inputs[name]))
+                continue
             sd = max(noise_sd(row) for row in rows)
             if sd == 0:
                 continue
@@ -56,15 +65,31 @@ def smoothed_inputs(experiment: Experiment) -> RecordedInputs:
 
 
 def _smoothed_lead_in(lead: Trial) -> Trial:
-    return replace(lead, inputs={name: smoothed(c, sd) if (sd := noise_sd(c)) > 0 else c for name, c in lead.inputs.items()})
+    sds = {name: 0.0 if lead.position_sd.get(name) else noise_sd(column) for name, column in lead.inputs.items()}
+    return replace(lead, inputs={name: smoothed(column, sds[name]) if sds[name] > 0 else column for name, column in lead.inputs.items()})
+
+
+def _differentiated_again(times: FloatArray, velocity: FloatArray, sd: float, draw: np.random.Generator) -> FloatArray:
+    """The velocity (n,) that would have come of its position with fresh noise of this standard deviation."""
+    position = cumulative_trapezoid(velocity, times, initial=0.0) + sd * draw.normal(size=velocity.size)
+    return derivative(position, float(np.median(np.diff(times))), sd=sd)
+
+
+def _noise_of_derivatives(trial: Trial) -> dict[str, float]:
+    """Of each input that was differentiated, the standard deviation of what it is off by."""
+    draw = np.random.default_rng(CONSTANTS.perturbation_seed)
+    again = {name: _differentiated_again(trial.times, trial.inputs[name], sd, draw) for name, sd in trial.position_sd.items()}
+    return {name: rms(velocity - trial.inputs[name]) for name, velocity in again.items()}
 
 
 def same_motion(trials: Sequence[Trial]) -> list[list[int]]:
     """Places of the trials that recorded one motion: repeats of a condition whose inputs differ by no more than their noise."""
     groups: list[list[int]] = []
+    own = [_noise_of_derivatives(trial) for trial in trials]
     for place, trial in enumerate(trials):
         for group in groups:
-            if _one_run(trials[group[0]], trial) and _agree(trials[group[0]].inputs, trial.inputs, CONSTANTS.alike_inputs, 0.0):
+            first, known = trials[group[0]], (own[group[0]], own[place])
+            if _one_run(first, trial) and _agree(first.inputs, trial.inputs, CONSTANTS.alike_inputs, 0.0, known):
                 group.append(place)
                 break
         else:
@@ -141,11 +166,17 @@ def _one_run(one: Trial, other: Trial) -> bool:
     return float(np.max(apart, initial=0.0)) <= CONSTANTS.clock_jitter * step
 
 
-def _agree(one: Mapping[str, FloatArray], other: Mapping[str, FloatArray], noises: float, share: float) -> bool:
-    """Whether inputs differ by no more than so many times their noise, and this share of their root mean square."""
+def _agree(
+    one: Mapping[str, FloatArray],
+    other: Mapping[str, FloatArray],
+    noises: float,
+    share: float,
+    known: tuple[Mapping[str, float], Mapping[str, float]] = ({}, {}),
+) -> bool:
+    """Whether inputs differ by no more than so many times their noise, which is `known` of some, and this share of their root mean
+    square."""
     for name, column in one.items():
-        apart = float(np.sqrt(np.mean((column - other[name]) ** 2)))
-        level = float(np.sqrt(np.mean(column**2)))
-        if apart > noises * float(np.hypot(noise_sd(column), noise_sd(other[name]))) + share * level:
+        sds = [own[name] if name in own else noise_sd(each) for own, each in zip(known, (column, other[name]), strict=True)]
+        if rms(column - other[name]) > noises * math.hypot(*sds) + share * rms(column):
             return False
     return True
