@@ -38,7 +38,13 @@ def only_where_fitted(made: Experiment, bend: float = 0.8) -> Experiment:
     return replace(made, trials=trials)
 
 
-def test_what_does_not_hold_elsewhere_is_not_named() -> None:
+def in_order(experiment: Experiment) -> tuple[tuple[str, ...], ...]:
+    """Folds as the conditions come."""
+    return tuple(tuple(experiment.conditions[place::3]) for place in range(3))
+
+
+def test_what_does_not_hold_elsewhere_is_not_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(closure, "folds", in_order)
     made = measured(["bend"], {"bend.c": 0.4}, conditions=6)
     assert [effect.name for effect in diagnose(made, Toy()).effects] == ["bend"]
     answer, comparison = diagnose_with(only_where_fitted(made), Toy())
@@ -49,7 +55,8 @@ def test_what_does_not_hold_elsewhere_is_not_named() -> None:
     assert held.left(comparison.models[BEND]) > 0.9
 
 
-def test_each_condition_is_predicted_by_a_fit_that_has_not_seen_it() -> None:
+def test_each_condition_is_predicted_by_a_fit_that_has_not_seen_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(closure, "folds", in_order)
     comparison = compare(Prediction(Toy(), measured(["bend"], {"bend.c": 0.4}, conditions=7)))
     held, model = HeldOut(comparison), comparison.models[BEND]
     assert held.folds == (("c0", "c3", "c6"), ("c1", "c4"), ("c2", "c5"))
@@ -74,9 +81,10 @@ def test_each_condition_is_predicted_by_a_fit_that_has_not_seen_it() -> None:
     assert not np.array_equal(predicted, model.predicted)
 
 
-def test_one_fold_alone_does_not_decide() -> None:
-    """An effect that closes the gap in two of three folds is named, though in the third it leaves more than there was: there the gap is
-    hardly to be seen."""
+def test_one_fold_alone_does_not_decide(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An effect that closes the gap in two of three folds is named, though in the third it closes next to nothing: there the gap is hardly
+    to be seen."""
+    monkeypatch.setattr(closure, "folds", in_order)
     made, draw = measured(["bend"], {"bend.c": 0.4}, conditions=6), np.random.default_rng(4)
     small = {"c1", "c4"}
     trials = []
@@ -95,7 +103,7 @@ def test_one_fold_alone_does_not_decide() -> None:
 
 def test_a_fit_is_not_taken_for_one_that_is_gone(monkeypatch: pytest.MonkeyPatch) -> None:
     """Python gives a new object the number of one that nobody holds."""
-    experiment = SimpleNamespace(conditions=tuple(f"c{n}" for n in range(6)))
+    experiment = measured(conditions=6)
     monkeypatch.setattr(closure, "_again", lambda comparison, whole, mask: SimpleNamespace(of=whole.name))
     held = HeldOut(SimpleNamespace(prediction=SimpleNamespace(experiment=experiment), whitening=SimpleNamespace(groups=())))  # type: ignore[arg-type]
     for n in range(50):
@@ -103,8 +111,9 @@ def test_a_fit_is_not_taken_for_one_that_is_gone(monkeypatch: pytest.MonkeyPatch
 
 
 @pytest.mark.parametrize("size", [1.0, 0.05])
-def test_a_condition_that_gets_worse_is_told(size: float) -> None:
+def test_a_condition_that_gets_worse_is_told(size: float, monkeypatch: pytest.MonkeyPatch) -> None:
     """Also where gap and noise are a twentieth of that beside the same force."""
+    monkeypatch.setattr(closure, "folds", in_order)
     made = measured(["bend"], {"bend.c": 0.4 * size}, noise=0.1 * size, conditions=6)
     comparison = compare(Prediction(Toy(), only_where_fitted(made, 0.8 * size)))
     (reason,) = (reason for reason in doubts(comparison, BEND, HeldOut(comparison)) if "c4" in reason)
@@ -140,7 +149,7 @@ def test_an_effect_with_which_more_is_left_than_without_is_doubted() -> None:
     assert any("on the conditions left out of its fit" in reason for reason in doubts(elsewhere, BEND, HeldOut(elsewhere)))
 
 
-def test_a_condition_that_the_others_do_not_foresee_tests_nothing() -> None:
+def test_a_condition_that_the_others_do_not_foresee_tests_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     """The second spring is mis-tuned, and nothing tells so where the condition that meets it is held out."""
 
     class Stiffer(Toy):
@@ -159,6 +168,7 @@ def test_a_condition_that_the_others_do_not_foresee_tests_nothing() -> None:
         force = Stiffer().simulate_many(Run(trial.times, {"x": x}, ("F",)), ["lean"], {"k": 10.0, "h": 9.0, "lean.a": 1.0})["F"][0]
         trials.append(replace(trial, inputs={"x": x}, outputs={"F": force + 0.1 * draw.normal(size=x.size)}))
     nominal = replace(made.nominal, values={"k": 10.0, "h": 5.0}, relative_sd={"h": 0.5})
+    monkeypatch.setattr(closure, "folds", in_order)
     answer, comparison = diagnose_with(replace(made, trials=tuple(trials), nominal=nominal), Stiffer())
     held, model = HeldOut(comparison), comparison.models[LEAN]
     assert ("c1", "c4") in held.folds

@@ -193,8 +193,8 @@ def standing(interval: float, rng: np.random.Generator, condition: str) -> tuple
 
 @pytest.mark.parametrize("seed", range(4))
 def test_a_force_that_stands_still_tells_no_clock(seed: int) -> None:
-    """What noise makes of the few samples that tell is no spread of a clock, which a jump of the force would make of all noise there is. Nor
-    does a trigger miss more samples of a fast recording than of a slow one."""
+    """What noise makes of the few samples that tell is no spread of a clock, which a jump of the force would make of all noise there is.
+    Nor does a trigger miss more samples of a fast recording than of a slow one."""
     rng = np.random.default_rng(seed)
     made = [standing(interval, rng, f"c{place}") for place, interval in enumerate([0.01, 0.002, 0.002, 0.0005])]
     prediction = Prediction(MODEL, experiment(*(each for trials, _ in made for each in trials), nominal=TRUTH))

@@ -15,12 +15,6 @@ from scipy.signal import savgol_filter
 from evat.constants import CONSTANTS
 from evat.model import FloatArray
 
-AS_SURE = 1e-9  # standard deviations that differ by less are one
-EXACT = 5  # samples of a polynomial through all of them, where there is no noise
-# What is fitted, by the derivative that is asked for: order, and the place of the sample in its window. A parabola tells the slope at its
-# middle no better than a line does; a cubic follows a reversal, and swings where a motion stops: there lines to either side know more.
-FITTED = {0: ((2, 0.5),), 1: ((3, 0.5), (2, 0.5), (1, 0.0), (1, 1.0)), 2: ((2, 0.5),)}
-
 
 def noise_sd(column: FloatArray) -> float:
     """Standard deviation of the white noise in a column (n,), 0 where it has none that could be told from its motion."""
@@ -68,8 +62,10 @@ def derivative(column: FloatArray, step: float, order: int = 1, sd: float | None
     sd = position_noise(column) if sd is None else sd
     if sd > 0:
         return _by_widest_windows(column, sd, order, step)
-    if column.size >= EXACT:  # of 12 samples a period plain differences lose 4 %, and the first of them comes half a sample late
-        exact: FloatArray = savgol_filter(column, EXACT, EXACT - 1, deriv=order, delta=step, mode="interp")
+    if column.size >= (
+        window := CONSTANTS.exact_window
+    ):  # of 12 samples a period plain differences lose 4 %, and the first of them comes half a sample late
+        exact: FloatArray = savgol_filter(column, window, window - 1, deriv=order, delta=step, mode="interp")
         return exact
     for _ in range(order):
         column = np.gradient(column, step)
@@ -78,9 +74,18 @@ def derivative(column: FloatArray, step: float, order: int = 1, sd: float | None
 
 def _by_widest_windows(column: FloatArray, sd: float, deriv: int, step: float) -> FloatArray:
     """The surest of what each kind of window tells; of those that are as sure their mean, or a motion would lag by what looks ahead."""
-    told, sds = (np.array(rows) for rows in zip(*(_by_widest(column, sd, deriv, step, *kind) for kind in FITTED[deriv]), strict=True))
-    surest: FloatArray = np.average(told, axis=0, weights=sds <= (1 + AS_SURE) * sds.min(axis=0))
+    told, sds = (np.array(rows) for rows in zip(*(_by_widest(column, sd, deriv, step, *kind) for kind in _kinds(deriv)), strict=True))
+    surest: FloatArray = np.average(told, axis=0, weights=sds <= (1 + CONSTANTS.as_sure) * sds.min(axis=0))
     return surest
+
+
+def _kinds(deriv: int) -> tuple[tuple[int, float], ...]:
+    """What is fitted: the order of a polynomial, and the place of the sample in its window."""
+    if deriv != 1:
+        return ((2, 0.5),)
+    # A parabola tells the slope at its middle no better than a line does; a cubic follows a reversal, and swings where a motion stops:
+    # there lines to either side know more.
+    return (3, 0.5), (2, 0.5), (1, 0.0), (1, 1.0)
 
 
 def _by_widest(column: FloatArray, sd: float, deriv: int, step: float, order: int, place: float) -> tuple[FloatArray, FloatArray]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from evat.constants import CONSTANTS
 from evat.gap.budget import is_visible, squares, structural_share
+from evat.gap.held_out import folds
 from evat.gap.search.compare import Comparison
 from evat.gap.values_alone import ValuesAlone, values_alone
 from evat.inference.fit import Fit, fit
@@ -39,19 +40,13 @@ class Closure:
     values_with_set_up: ValuesAlone = field(default_factory=ValuesAlone)
 
 
-def folds_of(conditions: Sequence[str]) -> tuple[tuple[str, ...], ...]:
-    """Which conditions are held out together, fold by fold, so that each is held out once; none where there are too few."""
-    count = CONSTANTS.folds
-    return tuple(tuple(conditions[k::count]) for k in range(count)) if len(conditions) >= CONSTANTS.fewest_conditions else ()
-
-
 class HeldOut:
     """Models fitted without the conditions of a fold, and judged on them, fold by fold; `conditions` are those of all folds, empty where
     there are too few to hold any out."""
 
     def __init__(self, comparison: Comparison) -> None:
         self.comparison = comparison
-        self.folds = folds_of(comparison.prediction.experiment.conditions)
+        self.folds = folds(comparison.prediction.experiment)
         self._fold_of = {condition: fold for fold in self.folds for condition in fold}
         self.conditions = tuple(each for each in comparison.prediction.experiment.conditions if each in self._fold_of)
         self._kept: dict[tuple[int, tuple[str, ...]], tuple[Fit, Fit]] = {}  # by what has no hash; held, lest another get its number
