@@ -18,9 +18,12 @@ from evat.experiment.write import write_experiment
 from evat.gap import _named
 from evat.gap.advise import Advice
 from evat.gap.answer import Diagnosis
+from evat.gap.next_step import RECORDED
 from evat.gap.report import OutputError, corrected, explain, fmu_run, output, sentence, write_diagnosis
 from evat.gap.report.summary import headline
 from evat.gap.search.compare import Comparison
+from evat.gap.set_up import SetUpError
+from evat.gap.verdict.credibility import shifted
 from evat.inference.band_whitening import BandWhitening
 from evat.inference.hypothesis import Hypothesis
 from evat.inference.noise.estimate import estimate_noise
@@ -65,7 +68,8 @@ CONTRACT: dict[str, Any] = {
         },
     },
     "cannot_tell": [TEXT],
-    "next_experiment": {"values": {"<>": NUMBER}, "separates": [[TEXT]], "expected_probability": NUMBER},
+    "next_step": TEXT,
+    "next_experiment": NONE,  # the effect is sure; the other form stands in test_an_experiment_is_advised_where_the_words_do
     "made_by": {"version": TEXT, "model": TEXT, "data": TEXT, "seconds": NUMBER},
 }  # fmt: skip
 
@@ -111,7 +115,7 @@ def test_the_json_is_as_the_format_says(written: Path) -> None:
     text = (written / "diagnosis.json").read_text(encoding="utf-8")
     read = json.loads(text, parse_constant=lambda word: pytest.fail(f"{word} is no JSON"))
     _agrees(read, CONTRACT)
-    assert read["next_experiment"]["separates"][0][0] == EFFECT
+    assert read["next_step"] == "use_corrected"
     assert read["format"] == 1
     assert read["verdict"] == "effect"
     (effect,) = read["effects"]
@@ -457,7 +461,7 @@ def test_what_is_likelier_than_the_rest_and_not_alone_is_called_likely(outcome: 
     seen = replace(
         answer.closure, closed_share=nan, interval=(nan, nan), held_out_conditions=(), closed_share_where_fitted=(0.93, (0.9, 0.96))
     )
-    advised = replace(open_, next_experiment=Advice({"slip_velocity": 0.01}, (on, other), 0.62), closure=seen)
+    advised = replace(open_, advice=Advice({"slip_velocity": 0.01}, (on, other), 0.62), closure=seen)
     fewer = "with fewer than 3 conditions none can be held out of the fits"
     said = headline(advised, comparison)
     assert said.share == "93 %"
@@ -473,7 +477,7 @@ def test_what_is_likelier_than_the_rest_and_not_alone_is_called_likely(outcome: 
     assert few.share_of.endswith(f"(without an interval: 3 recordings tell one); {fewer}")
     # No green badge above the words that a nominal value is not credible.
     far = replace(comparison.models[on], point=np.where(np.arange(comparison.models[on].point.size) == 0, 9.0, comparison.models[on].point))
-    doubted = headline(answer, replace(comparison, models={**comparison.models, on: far}))
+    doubted = headline(replace(answer, shifted=shifted(comparison, far)), comparison)
     assert (doubted.status, doubted.tone) == ("cause named", "attention")
     assert "is not credible" in doubted.first[0]
     said = headline(advised, comparison).next
@@ -532,7 +536,7 @@ def test_below_even_odds_a_cause_is_called_unsure(outcome: tuple[Diagnosis, Comp
     answer, comparison = outcome
     on, other = Hypothesis((EFFECT,)), Hypothesis(("sensor_offset",))
     judged = replace(answer.judgement, probabilities={on: 0.49, other: 0.31, Hypothesis(()): 0.15}, likely=(on, other, Hypothesis(())))
-    open_ = replace(answer, judgement=judged, next_experiment=Advice({"slip_velocity": 0.01}, (on, other), 0.72))
+    open_ = replace(answer, judgement=judged, advice=Advice({"slip_velocity": 0.01}, (on, other), 0.72))
     said = headline(open_, comparison)
     assert (said.status, said.tone) == ("cause unsure", "attention")
     assert sentence(open_, share=False) == (
@@ -541,7 +545,42 @@ def test_below_even_odds_a_cause_is_called_unsure(outcome: tuple[Diagnosis, Comp
     )
     assert said.next.endswith(f" rms: with a probability of 72 % that tells {EFFECT} from sensor_offset.")
     assert "use corrected.ssv" not in said.next
-    assert headline(replace(open_, next_experiment=None), comparison).next.startswith("record more conditions")
+    assert headline(replace(open_, advice=None), comparison).next.startswith("record more conditions")
+
+
+def test_an_experiment_is_advised_where_the_words_do(outcome: tuple[Diagnosis, Comparison]) -> None:
+    """The words said to put the clock right, or to use the values, and the file beside them advised another condition."""
+    answer, comparison = outcome
+    on, other, none = Hypothesis((EFFECT,)), Hypothesis(("sensor_offset",)), Hypothesis(())
+    advised = replace(answer, advice=Advice({"slip_velocity": 0.01}, (on, other), 0.72))
+    sure = replace(answer.judgement, chosen=none, likely=(none,))
+    unsure = replace(answer.judgement, probabilities={on: 0.5, other: 0.4, none: 0.1}, likely=(on, other))
+    clock = SetUpError("friction_force", "clock", 2e-4, 1e-5, "s", 1e-3, False, {"friction_force": 1.0})
+    off = replace(answer.recalibration, notable=(clock,))
+    answers = [
+        replace(advised, **changed)
+        for changed in (
+            {},
+            {"later": "what follows leaves more"},
+            {"judgement": unsure},
+            {"judgement": unsure, "verdict": "ambiguous"},
+            {"judgement": sure, "effects": (), "verdict": "mistuned"},
+            {"judgement": sure, "effects": (), "verdict": "no_gap"},
+            {"judgement": sure, "effects": (), "verdict": "no_gap", "recalibration": off},
+            {"judgement": replace(unsure, chosen=none), "effects": (), "verdict": "no_gap", "recalibration": off},
+            {"judgement": sure, "effects": (), "verdict": "unknown"},
+            {"effects": (), "verdict": "cannot_tell"},
+        )
+    ]
+    for each in answers:
+        _agrees(each.next_step, TEXT)
+        document, words = json.loads(each.json()), headline(each, comparison).next
+        assert (
+            (document["next_experiment"] is not None) == ("with a probability of 72 % that tells" in words) == (each.next_step in RECORDED)
+        )
+        if document["next_experiment"] is not None:
+            _agrees(document["next_experiment"], {"values": {"<>": NUMBER}, "separates": [[TEXT]], "expected_probability": NUMBER})
+    assert {each.next_step in RECORDED for each in answers} == {True, False}
 
 
 def test_a_share_that_there_is_none_of_is_no_model_that_fails(outcome: tuple[Diagnosis, Comparison]) -> None:

@@ -77,7 +77,8 @@ def diagnose_with(
         answer = conclude(comparison, known, tuple(filter(None, said)), version)
         if cut and answer.verdict != CANNOT_TELL:
             later = later_part(comparison, fitted(comparison, answer.judgement.chosen), slow.experiment)
-            answer = replace(answer, later=later, cannot_tell=(*answer.cannot_tell, *filter(None, (later,))))
+            if later:
+                answer = replace(answer, later=later, cannot_tell=(*answer.cannot_tell, later))
         return answer, comparison
 
 
@@ -87,10 +88,11 @@ def conclude(comparison: Comparison, known: Constants, said: tuple[str, ...] = (
     judgement = _judged(comparison, held, known)
     verdict = CANNOT_TELL if comparison.audit.refused else judgement.verdict
     closure = close(comparison, fitted(comparison, judgement.chosen), held)
+    far = shifted(comparison, fitted(comparison, judgement.chosen))
     missing = (
         *judgement.features.doubts.get(judgement.chosen, ()),
         *_unforeseen(closure),
-        *shifted(comparison, fitted(comparison, judgement.chosen)),
+        *far,
         *_own_values(comparison, judgement),
         *said,
         *_missing(comparison),
@@ -105,7 +107,7 @@ def conclude(comparison: Comparison, known: Constants, said: tuple[str, ...] = (
         where=_location(comparison, judgement),
         closure=closure,
         cannot_tell=missing,
-        next_experiment=next_experiment(comparison, judgement.probabilities),
+        advice=next_experiment(comparison, judgement.probabilities),
         made_by={
             "version": version,
             "model": prediction.model.digest,
@@ -115,6 +117,7 @@ def conclude(comparison: Comparison, known: Constants, said: tuple[str, ...] = (
         members=_members(prediction.model),
         small_effect=None if comparison.audit.refused else small_effect(comparison, judgement),
         foreign={channel: comparison.noise.irregular[channel] for channel in foreign_channels(judgement.features, known)},
+        shifted=far,
     )
 
 

@@ -12,6 +12,7 @@ from evat.constants import CONSTANTS
 from evat.gap.advise import Advice
 from evat.gap.closure import Closure
 from evat.gap.location import Location
+from evat.gap.next_step import RECORDED, Step, next_step
 from evat.gap.set_up import SetUpError
 from evat.gap.values_alone import ValuesAlone
 from evat.gap.verdict.gates import Gate
@@ -82,8 +83,8 @@ class Diagnosis(ShownAsTable):
         its unit, as the set-up shows the models, and `alone` by the values alone that corrected.ssv holds.
     cannot_tell : tuple of str
         What these data leave open, in sentences.
-    next_experiment : Advice or None
-        The experiment that would tell the two likeliest causes apart.
+    advice : Advice or None
+        The experiment that would tell the two likeliest causes apart, whether or not that is what is to be done next.
     made_by : mapping of str to str or float
         Versions, and digests of model and data.
     families : mapping of str to float
@@ -96,6 +97,8 @@ class Diagnosis(ShownAsTable):
         By channel, what comes and goes by itself and is more than the effects explain.
     later : str
         Where samples that were not looked at leave more than those that were, a sentence of that.
+    shifted : tuple of str
+        Nominal values that are further off than their owner can have meant, a sentence each.
 
     Examples
     --------
@@ -121,13 +124,32 @@ class Diagnosis(ShownAsTable):
     where: Location
     closure: Closure
     cannot_tell: tuple[str, ...]
-    next_experiment: Advice | None
+    advice: Advice | None
     made_by: Mapping[str, str | float]
     families: Mapping[str, float] = field(default_factory=dict)
     members: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     small_effect: SmallEffect | None = None
     foreign: Mapping[str, Irregularity] = field(default_factory=dict)
     later: str = ""
+    shifted: tuple[str, ...] = ()
+
+    @property
+    def next_step(self) -> Step:
+        """What is to be done next: one of the steps of evat.gap.next_step."""
+        return next_step(
+            self.verdict,
+            self.judgement,
+            self.closure,
+            set_up=bool(self.recalibration.notable),
+            later=bool(self.later),
+            foreign=bool(self.foreign),
+            far=bool(self.shifted),
+        )
+
+    @property
+    def next_experiment(self) -> Advice | None:
+        """What was advised, where a condition is to be recorded next."""
+        return self.advice if self.next_step in RECORDED else None
 
     @property
     def candidates(self) -> tuple[tuple[Hypothesis, float | None], ...]:
@@ -202,6 +224,7 @@ class Diagnosis(ShownAsTable):
                 "values_with_set_up": _left(self.closure.values_with_set_up),
             },
             "cannot_tell": list(self.cannot_tell),
+            "next_step": self.next_step,
             "next_experiment": None
             if self.next_experiment is None
             else {

@@ -19,8 +19,8 @@ from evat.model import BoolArray, FloatArray
 
 @dataclass(frozen=True)
 class Closure:
-    """`closed_share` of the structural gap by the effects on `held_out_conditions`, each by fits that have not seen it, nan where none could
-    be held out, with its 90 % interval; `rms[channel]`: nominal, recalibrated, corrected and noise floor [unit of the channel], there or,
+    """`closed_share` of the structural gap by the effects on `held_out_conditions`, each by fits that have not seen it, nan where none
+    could be held out, with its 90 % interval; `rms[channel]`: nominal, recalibrated, corrected and noise floor [unit of the channel], there or,
     where there are none, everywhere; `unit`: what these are in, "N rms" or, where channels differ, each with its own;
     `by_recalibration`: share of the nominal model's gap that recalibration alone closes there, with its interval.
     `closed_share_where_fitted` is, of all conditions, which the fits have seen, what the effects close, or recalibration where there are

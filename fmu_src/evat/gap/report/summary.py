@@ -9,24 +9,21 @@ from typing import Literal
 from evat.constants import CONSTANTS
 from evat.gap.answer import Diagnosis
 from evat.gap.closure import Closure
+from evat.gap.next_step import closes, rivals
 from evat.gap.report.reached import reached, set_up_off, set_up_size
 from evat.gap.report.words import (
     beyond_all,
     closed_interval,
-    closes,
     likelier_than_not,
     number,
     percent,
     remainder,
-    rivals_of,
     sentence,
     set_up_named,
     sure,
     typed,
 )
 from evat.gap.search.compare import Comparison
-from evat.gap.verdict.credibility import shifted
-from evat.gap.verdict.judgement import fitted
 from evat.headline import Headline
 from evat.units import display
 
@@ -48,12 +45,11 @@ def headline(answer: Diagnosis, comparison: Comparison) -> Headline:
     """The answer for the top of a page and of a terminal."""
     status, tone = _LOOKS[_look(answer)]
     judged = answer.verdict != "cannot_tell"
-    far = shifted(comparison, fitted(comparison, answer.judgement.chosen)) if judged else ()
-    first = tuple(f"{line[:1].upper()}{line[1:]}." for line in (*filter(None, (answer.later,)), *far))
+    first = tuple(f"{line[:1].upper()}{line[1:]}." for line in (*filter(None, (answer.later,)), *(answer.shifted if judged else ())))
     share, share_of = _share(answer)
     return Headline(
         status,
-        "attention" if (first or remainder(answer) or not closes(answer)) and tone in ("note", "good") else tone,
+        "attention" if (first or remainder(answer) or not closes(answer.verdict, answer.closure)) and tone in ("note", "good") else tone,
         sentence(answer, meanings(comparison), share=False),
         first=first,
         reasons=comparison.audit.refused
@@ -61,7 +57,7 @@ def headline(answer: Diagnosis, comparison: Comparison) -> Headline:
         else (*_meanings(answer, comparison), *_doubted(answer), *reached(answer, comparison)),
         share=share,
         share_of=share_of,
-        next=_next(answer, comparison, bool(far)),
+        next=_next(answer, comparison),
     )
 
 
@@ -70,7 +66,7 @@ def _look(answer: Diagnosis) -> str:
         return "none"
     if answer.verdict == "no_gap" and answer.recalibration.notable:
         return "set_up"
-    if answer.verdict == "effect" and (rivals_of(answer) or remainder(answer)):
+    if answer.verdict == "effect" and (rivals(answer.judgement) or remainder(answer)):
         return "likely" if likelier_than_not(answer) else "unsure"
     return answer.verdict
 
@@ -135,49 +131,45 @@ def _why_fitted(closure: Closure) -> str:
     return f"; with fewer than {CONSTANTS.fewest_conditions} conditions none can be held out of the fits"
 
 
-def _next(answer: Diagnosis, comparison: Comparison, far: bool) -> str:
-    """The one thing to do."""
+def _next(answer: Diagnosis, comparison: Comparison) -> str:
+    """The one thing to do, in words."""
     closure, experiment = answer.closure, _experiment(answer, comparison)
-    if answer.verdict == "cannot_tell":
-        return "put right what is said above, and diagnose again."
-    if answer.later:
-        return "diagnose again with --whole, which looks at all samples and takes longer, or cut what follows into trials of their own."
-    others = any(answer.judgement.likely)
-    if answer.verdict in ("no_gap", "mistuned") and answer.recalibration.notable:
-        return _check(answer, comparison) + (f" If that is right, {experiment}" if experiment and others else "")
-    if answer.verdict == "no_gap":
-        return experiment if experiment and others else "nothing; the nominal model is as good as these data can tell."
-    if answer.verdict == "unknown" and answer.foreign:
-        return "look for mains hum, a loose cable, deposits that tear off, starved lubrication or chatter, and record the repeats again."
-    if answer.verdict == "unknown":
-        return f"look at the measurement {_place(answer, comparison)}: the gap lies there, and no known effect makes it."
-    if answer.verdict == "mistuned":
-        return (
-            "find out where that nominal value comes from, before the recalibrated one is used: it is further off than was said."
-            if far
-            else "do not use the recalibrated values yet; record more conditions, and look where the forces reverse or jump."
-            if not closes(answer)
-            else _use(answer, comparison, "use the recalibrated values: corrected.ssv holds them.")
-        )
-    if answer.verdict == "ambiguous":
-        doubts = answer.judgement.features.doubts.get(answer.judgement.chosen, ())
-        if experiment and len(answer.judgement.likely) > 1:
-            return experiment
-        return "record more conditions; what is doubted cannot be settled by these." if doubts or not experiment else experiment
-    if not closure.held_out_conditions:
-        return experiment or "record more conditions, so that the effect can be tried where no fit has looked."
-    if not closure.closed_share > CONSTANTS.advised_share:
-        why = "it does not hold" if math.isfinite(closure.closed_share) else "there is no gap to close"
-        return f"do not use the corrected model yet: {why} where no fit has looked. " + (
-            f"{experiment[:1].upper()}{experiment[1:]}" if experiment else "Record more conditions."
-        )
-    if (closed := closure.values_with_set_up.closed_share) <= CONSTANTS.advised_share:
-        return f"do not use corrected.ssv: it closes {percent(closed)} without the form of the law that fits have. " + (
-            f"{experiment[:1].upper()}{experiment[1:]}" if experiment else "Record more conditions."
-        )
-    if rivals_of(answer):
-        return experiment or "record more conditions, that tell what is likely apart; corrected.ssv is one of several that would do."
-    return _use(answer, comparison, "use corrected.ssv: it switches the effect on, with the values of this diagnosis.")
+    also = f"{experiment[:1].upper()}{experiment[1:]}" if experiment else "Record more conditions."
+    match answer.next_step:
+        case "put_right":
+            return "put right what is said above, and diagnose again."
+        case "look_at_all":
+            return "diagnose again with --whole, which looks at all samples and takes longer, or cut what follows into trials of their own."
+        case "check_set_up":
+            return _check(answer, comparison)
+        case "check_set_up_then_record":
+            return _check(answer, comparison) + (f" If that is right, {experiment}" if experiment else "")
+        case "nothing":
+            return "nothing; the nominal model is as good as these data can tell."
+        case "look_for_disturbance":
+            return (
+                "look for mains hum, a loose cable, deposits that tear off, starved lubrication or chatter, and record the repeats again."
+            )
+        case "look_where_gap_lies":
+            return f"look at the measurement {_place(answer, comparison)}: the gap lies there, and no known effect makes it."
+        case "check_nominal_value":
+            return "find out where that nominal value comes from, before the recalibrated one is used: it is further off than was said."
+        case "record_first":
+            if answer.verdict == "ambiguous":
+                return "record more conditions; what is doubted cannot be settled by these."
+            return "do not use the recalibrated values yet; record more conditions, and look where the forces reverse or jump."
+        case "use_values":
+            return _use(answer, comparison, "use the recalibrated values: corrected.ssv holds them.")
+        case "record":
+            return experiment or "record more conditions, that tell what is likely apart or are tried where no fit has looked."
+        case "record_without_trust":
+            why = "it does not hold" if math.isfinite(closure.closed_share) else "there is no gap to close"
+            return f"do not use the corrected model yet: {why} where no fit has looked. {also}"
+        case "record_for_form":
+            share = percent(closure.values_with_set_up.closed_share)
+            return f"do not use corrected.ssv: it closes {share} without the form of the law that fits have. {also}"
+        case "use_corrected":
+            return _use(answer, comparison, "use corrected.ssv: it switches the effect on, with the values of this diagnosis.")
 
 
 def _use(answer: Diagnosis, comparison: Comparison, values: str) -> str:

@@ -9,6 +9,7 @@ from types import MappingProxyType
 from evat.constants import CONSTANTS
 from evat.experiment import as_typed
 from evat.gap.answer import Diagnosis
+from evat.gap.next_step import closes, rivals
 from evat.gap.set_up import SetUpError
 from evat.inference.hypothesis import NOMINAL, Hypothesis
 from evat.inference.noise.irregularity import Irregularity
@@ -24,16 +25,6 @@ SENTENCES = {
 }
 
 HARDLY_CLOSES = "No effect is needed beside other nominal values, but recalibrating these hardly closes the gap."
-
-
-def closes(answer: Diagnosis) -> bool:
-    """Whether recalibration, where nothing else is named, closes as much of the gap as a corrected model is advised for: as it was fitted,
-    and by its values with the set-up put right."""
-    closure = answer.closure
-    share, _ = closure.by_recalibration if closure.held_out_conditions else closure.closed_share_where_fitted
-    return answer.verdict != "mistuned" or not (
-        share <= CONSTANTS.advised_share or closure.values_with_set_up.closed_share <= CONSTANTS.advised_share
-    )
 
 
 def sentence(answer: Diagnosis, meanings: Mapping[str, str] = MappingProxyType({}), *, share: bool = True) -> str:
@@ -54,7 +45,7 @@ def sentence(answer: Diagnosis, meanings: Mapping[str, str] = MappingProxyType({
     else:
         names = " and ".join(f"{name} ({what})" if what else name for name, what in zip(each, known, strict=True))
     probabilities = answer.judgement.probabilities
-    others = " or ".join(f"{on} ({sure(probabilities[on])})" for on in rivals_of(answer))
+    others = " or ".join(f"{on} ({sure(probabilities[on])})" for on in rivals(answer.judgement))
     how, also = sure(probability_of(answer)), f"{_beside(answer)}{_far(answer) if share else ''}{_size(answer)}"
     if others and not likelier_than_not(answer):
         return (
@@ -69,12 +60,18 @@ def _without_effects(answer: Diagnosis) -> str:
     """Where no effect is named: whether the set-up takes up most of the gap, and what else is likely."""
     taken, others = answer.recalibration.notable, [on for on in answer.judgement.likely if on]
     if answer.verdict not in ("no_gap", "mistuned") or not (taken or others):
-        return SENTENCES[answer.verdict] if closes(answer) else HARDLY_CLOSES
+        return SENTENCES[answer.verdict] if closes(answer.verdict, answer.closure) else HARDLY_CLOSES
     if taken:
         said = f"No effect is named: {set_up_named(taken)}, within the tolerance of the set-up, takes up most of the gap"
         said += " beside other nominal values." if answer.verdict == "mistuned" else "."
     else:
-        said = "No effect is named." if answer.verdict == "no_gap" else SENTENCES["mistuned"] if closes(answer) else HARDLY_CLOSES
+        said = (
+            "No effect is named."
+            if answer.verdict == "no_gap"
+            else SENTENCES["mistuned"]
+            if closes(answer.verdict, answer.closure)
+            else HARDLY_CLOSES
+        )
     if not others:
         return said
     probabilities = answer.judgement.probabilities
@@ -123,12 +120,6 @@ def probability_of(answer: Diagnosis) -> float:
 def likelier_than_not(answer: Diagnosis) -> bool:
     """Whether what is named has even odds at least."""
     return probability_of(answer) >= 0.5
-
-
-def rivals_of(answer: Diagnosis) -> tuple[Hypothesis, ...]:
-    """What may be behind the gap in place of the effects that are named: the other likely hypotheses that do without them."""
-    chosen = answer.judgement.chosen
-    return tuple(on for on in answer.judgement.likely if not set(chosen) <= set(on))
 
 
 def _foreign(foreign: Mapping[str, Irregularity]) -> str:
