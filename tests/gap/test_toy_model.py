@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from evat.constants import CONSTANTS
 from evat.gap import diagnose
+from evat.gap.closure import HeldOut
 from evat.native import kernel
 from toy import Toy, measured
 
@@ -51,6 +52,7 @@ def test_too_few_conditions_tell_a_share_of_what_was_fitted(conditions: int, rep
 def test_no_gap_is_no_gap() -> None:
     answer = diagnose(measured(), Toy())
     assert answer.verdict == "no_gap"
+    assert answer.novelty[1] == 0.0
     assert answer.effects == ()
 
 
@@ -60,6 +62,18 @@ def test_a_wrong_stiffness_is_no_effect() -> None:
     nominal, value, sd = answer.recalibration.parameters["k"]
     assert (nominal, value) == (10.0, pytest.approx(11.0, abs=4 * sd))
     assert answer.recalibration.explains_share > 0.99
+    assert answer.novelty.unexplained_share < 0.02  # what another stiffness explains is not unexplained
+
+
+def test_one_recording_has_no_interval(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Drawn again and again it is as wide as nothing."""
+    monkeypatch.setattr(HeldOut, "foreseen", lambda *_: ("c1",))
+    answer = diagnose(measured(values={"k": 11.0}, repeats=1), Toy())
+    assert answer.closure.held_out_conditions == ("c1",)
+    share, (low, high) = answer.closure.by_recalibration
+    assert share == pytest.approx(1.0, abs=0.1)
+    assert np.isnan(low)
+    assert np.isnan(high)
 
 
 def test_two_effects_are_two() -> None:

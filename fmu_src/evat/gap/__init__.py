@@ -16,7 +16,7 @@ from evat.constants import CONSTANTS
 from evat.experiment import Experiment, Means
 from evat.gap.advise import next_experiment
 from evat.gap.answer import Diagnosis, Named, Novelty, Recalibrated
-from evat.gap.budget import structural
+from evat.gap.budget import is_visible, squares, structural, structural_share
 from evat.gap.closure import Closure, HeldOut, close
 from evat.gap.later_part import later_part
 from evat.gap.location import Location, locate
@@ -102,7 +102,7 @@ def conclude(comparison: Comparison, known: Constants, said: tuple[str, ...] = (
         effects=_named(comparison, judgement) if verdict != CANNOT_TELL else (),
         judgement=judgement,
         gates=gates(judgement, comparison.audit.refused),
-        novelty=Novelty(1 - judgement.unknown, min(judgement.features.left.get(judgement.chosen, 1.0), 1.0)),
+        novelty=Novelty(1 - judgement.unknown, _unexplained(comparison, fitted(comparison, judgement.chosen))),
         recalibration=_recalibrated(comparison, fitted(comparison, judgement.chosen), closure),
         where=_location(comparison, judgement),
         closure=closure,
@@ -127,6 +127,14 @@ def _unforeseen(closure: Closure) -> tuple[str, ...]:
         return ()
     which = " and ".join(closure.unforeseen)
     return (f"whether the model holds on {which}: what it does there hangs on values that the other conditions do not tell",)
+
+
+def _unexplained(comparison: Comparison, chosen: Fit) -> float:
+    """Share of what the nominal model leaves above the noise that is left by what the answer names, values and effects; 0 where it leaves
+    nothing that can be seen."""
+    if not is_visible(squares(comparison.whitening, comparison.nominal.predicted)):
+        return 0.0
+    return min(structural_share(comparison.whitening, chosen.predicted, comparison.nominal.predicted), 1.0)
 
 
 def _judged(comparison: Comparison, held: HeldOut, known: Constants) -> Judgement:

@@ -73,7 +73,8 @@ class Diagnosis(ShownAsTable):
     gates : tuple of Gate
         The questions that led to the verdict, in order, each with its numbers and whether it moved the verdict.
     novelty : Novelty
-        `p_value` that something unknown acts, and `unexplained_share` of the gap.
+        `p_value` that something unknown acts, and `unexplained_share`, that of the nominal model's gap that is left beside what the answer
+        names: recalibrated values, set-up and effects.
     recalibration : Recalibrated
         Nominal and recalibrated values (name -> nominal, value, sd), the share of the gap that they explain, and set-up errors.
     where : Location

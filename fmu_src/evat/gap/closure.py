@@ -20,13 +20,13 @@ from evat.model import BoolArray, FloatArray
 @dataclass(frozen=True)
 class Closure:
     """`closed_share` of the structural gap by the effects on `held_out_conditions`, each by fits that have not seen it, nan where none
-    could be held out, with its 90 % interval; `rms[channel]`: nominal, recalibrated, corrected and noise floor [unit of the channel], there or,
-    where there are none, everywhere; `unit`: what these are in, "N rms" or, where channels differ, each with its own;
-    `by_recalibration`: share of the nominal model's gap that recalibration alone closes there, with its interval.
-    `closed_share_where_fitted` is, of all conditions, which the fits have seen, what the effects close, or recalibration where there are
-    none; nan where some are held out. `unforeseen`: conditions that were held out, too, and tell nothing, since what the models do there
-    hangs on values that the others do not tell. `values_alone`: what is left at the conditions of `rms` by values alone, those that were
-    fitted to all conditions; `values_with_set_up`: the same with what the set-up is off by put right."""
+    could be held out, with its 90 % interval, nan where one recording tells none; `rms[channel]`: nominal, recalibrated, corrected and
+    noise floor [unit of the channel], there or, where there are none, everywhere; `unit`: what these are in, "N rms" or, where channels
+    differ, each with its own; `by_recalibration`: share of the nominal model's gap that recalibration alone closes there, with its
+    interval. `closed_share_where_fitted` is, of all conditions, which the fits have seen, what the effects close, or recalibration where
+    there are none; nan where some are held out. `unforeseen`: conditions that were held out, too, and tell nothing, since what the models do
+    there hangs on values that the others do not tell. `values_alone`: what is left at the conditions of `rms` by values alone, those that
+    were fitted to all conditions; `values_with_set_up`: the same with what the set-up is off by put right."""
 
     closed_share: float
     interval: tuple[float, float]
@@ -109,8 +109,8 @@ class HeldOut:
         if not len(rows):  # no conditions, or a sensor that is too slow for what was held out
             return math.nan, (math.nan, math.nan)
         share = _share(rows.sum(axis=0))
-        if math.isnan(share):
-            return math.nan, (math.nan, math.nan)
+        if math.isnan(share) or len(rows) == 1:  # one recording drawn again and again is an interval of no width
+            return share, (math.nan, math.nan)
         draws = np.random.default_rng(CONSTANTS.bootstrap_seed).integers(len(rows), size=(CONSTANTS.bootstrap_draws, len(rows)))
         spread = np.array([_share(rows[draw].sum(axis=0)) for draw in draws])
         low, high = np.nanquantile(spread, [0.05, 0.95]) if np.any(np.isfinite(spread)) else (np.nan, np.nan)
