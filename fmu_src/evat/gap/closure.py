@@ -25,8 +25,8 @@ class Closure:
     differ, each with its own; `by_recalibration`: share of the nominal model's gap that recalibration alone closes there, with its
     interval. `closed_share_where_fitted` is, of all conditions, which the fits have seen, what the effects close, or recalibration where
     there are none; nan where some are held out. `unforeseen`: conditions that were held out, too, and tell nothing, since what the models
-    do there hangs on values that the others do not tell. `values_alone`: what is left at the conditions of `rms` by values alone, those that
-    were fitted to all conditions; `values_with_set_up`: the same with what the set-up is off by put right."""
+    do there hangs on values that the others do not tell. `values_alone`: what is left at the conditions of `rms` by values alone, those
+    that were fitted to all conditions; `values_with_set_up`: the same with what the set-up is off by put right."""
 
     closed_share: float
     interval: tuple[float, float]
