@@ -272,6 +272,8 @@ class _Constants(ConstantTable):
     memory_deviations = Constant(1.64, "sd", "the memory of noise may be longer by, where slow periods are judged: one-sided 95 %")
     smooth_differences = Constant(0.3, "1", "lag-one correlation of differences that no noise with a memory has: it is 0 at most", high=1.0)
     least_wander = Constant(0.01, "of the rms", "less every rig has")
+    unequal_noise = Constant(2.0, "times the quietest condition's rms", "noise of one rig reaches 1.7", low=1.0)
+    unequal_memory = Constant(0.3, "1", "more lag-one correlation than there: noise that is only larger has no other spectrum", low=0.0)
     fewest_regular_samples = Constant(60, "samples", "of a recording that is searched for bursts and lines", source="safety limit")
     prior_trials = Constant(2.0, "repeats", "what the priors of the random effects between trials weigh")
     prior_trial_gain = Constant(0.003, "1", "gain between trials, a priori (sd)")

@@ -162,3 +162,34 @@ def test_a_level_that_jumps_from_repeat_to_repeat_is_told() -> None:
     )
     calm, _ = diagnose_with(measured(repeats=3, noise=0.02), Toy())
     assert not calm.foreign
+
+
+def sawtooth(seed: int, count: int = COUNT) -> np.ndarray:
+    """An edge that builds up and breaks off, again and again, after as long as luck has it: it fills the recording."""
+    luck, row = np.random.default_rng(seed), np.empty(0)
+    while row.size < count:
+        row = np.concatenate([row, np.linspace(0.0, 8.0, int(luck.uniform(30, 90)))])
+    return row[:count] - 4.0
+
+
+def in_conditions(rows: list[np.ndarray]) -> Irregularity:
+    return irregular(rows, [1e-3] * len(rows), [FORCE] * len(rows), ["slow", "slow", "fast", "fast"])
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_what_fills_the_recordings_of_some_conditions_is_told_by_the_others(seed: int) -> None:
+    quiet = [noise(10 * seed + n, 0.1) for n in range(4)]
+    told = in_conditions([quiet[0] + sawtooth(seed), quiet[1] + sawtooth(90 + seed), *quiet[2:]])
+    assert told.of_some_conditions == pytest.approx(0.75, abs=0.1)
+    assert "what some conditions alone have" in str(told)
+    assert irregular([quiet[0] + sawtooth(seed)], [1e-3], [FORCE], ["slow"]).of_some_conditions == 0.0  # no other tells
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("memory", [0.0, 0.5, 0.9])
+def test_noise_that_is_larger_in_some_conditions_is_noise(seed: int, memory: float) -> None:
+    """As where it grows with the force: of another size, and of the same spectrum. Or a little smoother, and hardly larger."""
+    rows = [noise(10 * seed + n, memory) for n in range(4)]
+    assert in_conditions([5.0 * rows[0], 4.0 * rows[1], *rows[2:]]).of_some_conditions == 0.0
+    smoother = [noise(10 * seed + n, 0.5) for n in range(4)]
+    assert in_conditions([*smoother[:2], *(noise(70 + n, 0.0) for n in range(2))]).of_some_conditions == 0.0

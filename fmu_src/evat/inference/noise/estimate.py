@@ -100,7 +100,8 @@ def estimate_noise(prediction: Prediction, predicted: FloatArray, *, prior: bool
                     fewer = np.sqrt(row.size / (row.size - BETWEEN))  # numbers than samples, once these were fitted
                     left[place] = without_jumps(fewer * (row - basis @ coefficients), shown[place])
         steps = [_step(prediction, place) for place in left]
-        irregulars[channel] = irregular(list(left.values()), steps, [shown[place] for place in left])
+        conditions = [prediction.segments[place].condition for place in left]
+        irregulars[channel] = irregular(list(left.values()), steps, [shown[place] for place in left], conditions)
         if left:
             filters[channel] = _of_repeats(left, own.values(), sizes)
         else:

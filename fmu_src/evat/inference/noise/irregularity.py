@@ -1,41 +1,49 @@
 """What comes and goes by itself? Bursts, lines and wander in what repeats of a recording do not share, which no noise has.
 
-A chatter line, a built-up edge that breaks off, a hum, a level that jumps or wanders: their phase or moment differs from repeat to
-repeat, so no model of the contact can have them, and they are no noise either. A single outlier is no burst; a filter of the noise is no
-line; a straight drift is no wander, since every amplifier has one.
+A chatter line, a built-up edge that grows and breaks off, a hum, a level that jumps or wanders: their phase or moment differs from repeat
+to repeat, so no model of the contact can have them, and they are no noise either. A single outlier is no burst; a filter of the noise is no
+line; a straight drift is no wander, since every amplifier has one. What fills a recording is told by conditions that do not have it, if it
+is larger there and smoother, too: noise that grows with the force keeps its spectrum.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import binary_dilation, median_filter
 
 from evat.constants import CONSTANTS
+from evat.inference.noise.autoregression import robust_sd
 from evat.model import BoolArray, FloatArray
 
 
 @dataclass(frozen=True)
 class Irregularity:
-    """Of one channel: the mean square of what repeats do not share [unit squared], the shares of it in bursts, in lines and in wander, and
-    the frequency [Hz] of the strongest line, 0 where there is none."""
+    """Of one channel: the mean square of what repeats do not share [unit squared], the shares of it in bursts, in lines, in wander and in
+    what some conditions have beside these and others have not, and the frequency [Hz] of the strongest line, 0 where there is none."""
 
     square: float = 0.0
     bursts: float = 0.0
     lines: float = 0.0
     frequency: float = 0.0
     wander: float = 0.0
+    of_some_conditions: float = 0.0
 
     @property
     def share(self) -> float:
-        return min(self.bursts + self.lines + self.wander, 1.0)
+        return min(self.bursts + self.lines + self.wander + self.of_some_conditions, 1.0)
 
     def __str__(self) -> str:
         """What it is, the largest first, as a person reads it."""
         line = f"a line at {self.frequency:.4g} Hz" if self.frequency else "lines"
-        kinds = {"a level that jumps or wanders": self.wander, "bursts": self.bursts, line: self.lines}
+        kinds = {
+            "a level that jumps or wanders": self.wander,
+            "bursts": self.bursts,
+            line: self.lines,
+            "what some conditions alone have": self.of_some_conditions,
+        }
         return ", ".join(f"{kind} ({share:.0%})" for kind, share in sorted(kinds.items(), key=lambda each: -each[1]) if share >= 0.01)
 
 
@@ -172,8 +180,28 @@ def _remainder(row: FloatArray, basis: FloatArray) -> FloatArray:
     return left
 
 
-def irregular(rows: Sequence[FloatArray], steps: Sequence[float], predicted: Sequence[FloatArray]) -> Irregularity:
-    """Of all differences (n,) between repeats of one channel; steps : their sample times [s]; predicted : (n,) of each."""
+def of_some_conditions(rows: Sequence[FloatArray], conditions: Sequence[Hashable]) -> float:
+    """Sum of squares in the rows of conditions that scatter more, and more smoothly, than the quietest does, beyond what that has."""
+    of_condition: dict[Hashable, list[FloatArray]] = {}
+    for row, condition in zip(rows, conditions, strict=True):
+        of_condition.setdefault(condition, []).append(row - np.median(row))
+    known = [own for own in of_condition.values() if sum(row.size for row in own) >= CONSTANTS.fewest_regular_samples]
+    if len(known) < 2:
+        return 0.0
+    squares = np.array([robust_sd(np.concatenate(own)) ** 2 for own in known])
+    memories = np.array([_quadrant_correlation(own) for own in known])
+    quietest = int(np.argmin(squares))
+    larger = squares > CONSTANTS.unequal_noise**2 * squares[quietest]
+    smoother = memories > memories[quietest] + CONSTANTS.unequal_memory
+    counts = np.array([sum(row.size for row in own) for own in known])
+    return float(np.sum((counts * (squares - squares[quietest]))[larger & smoother]))
+
+
+def irregular(
+    rows: Sequence[FloatArray], steps: Sequence[float], predicted: Sequence[FloatArray], conditions: Sequence[Hashable] = ()
+) -> Irregularity:
+    """Of all differences (n,) between repeats of one channel; steps : their sample times [s]; predicted : (n,) of each; conditions : of
+    each, where there are several."""
     total = sum(float(row @ row) for row in rows)
     if total <= 0:
         return Irregularity()
@@ -185,4 +213,6 @@ def irregular(rows: Sequence[FloatArray], steps: Sequence[float], predicted: Seq
     frequency = place / ((size - 1) * step) if above > CONSTANTS.line_height else 0.0
     wanders, level = wander(rows, predicted), sum(float(own @ own) for own in predicted) / count
     share = wanders * count / total if wanders > CONSTANTS.least_wander**2 * level else 0.0
-    return Irregularity(total / count, in_bursts / total, in_lines / total, frequency, share)
+    of_some = of_some_conditions(rows, conditions) / total if conditions else 0.0
+    of_some = max(of_some - (in_bursts + in_lines) / total - share, 0.0)
+    return Irregularity(total / count, in_bursts / total, in_lines / total, frequency, share, of_some)
