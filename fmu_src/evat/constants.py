@@ -153,6 +153,11 @@ class _Constants(ConstantTable):
     next_level = Constant(0.02, "of the range", "within which the next value lies, of a recording that is clipped: else it has two states")
     fewest_clipped = Constant(20, "samples", "at one value, that may be clipped")
     piled_up = Constant(3.0, "1", "times as many samples at the last value as at the next one", low=1.0)
+    far_from_nominal = Constant(
+        0.5, "of the rms", "what a nominal model leaves, from which units and places of channels are doubted", low=0.1
+    )
+    near_to_nominal = Constant(0.35, "of the rms", "what it leaves at most with a column declared otherwise", high=1.0)
+    nearer_by_declaration = Constant(4.0, "1", "times as much it leaves as the column is declared", low=1.0)
     clearly_alike = Constant(0.5, "1", "correlation of a recording with the model, to either side, that is no accident", high=1.0)
     late_samples = Constant(5, "samples", "by which repeats may be out of step and are compared all the same")
     alike_once_moved = Constant(0.9, "1", "correlation of two repeats that are one motion, moved", high=1.0)

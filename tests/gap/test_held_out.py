@@ -57,3 +57,9 @@ def test_each_condition_is_held_out_once_and_both_ends_never_together(count: int
 
 def test_of_two_conditions_none_is_held_out() -> None:
     assert folds(table([(1.0,), (2.0,)])) == ()
+
+
+def test_conditions_that_are_set_alike_are_held_out_too() -> None:
+    """Where nothing that varies was recorded or stated."""
+    made = folds(table([(1.0,), *((1.0 + 1e-9 * level,) for level in range(1, 4))]))
+    assert sorted(map(len, made)) == [1, 1, 2]

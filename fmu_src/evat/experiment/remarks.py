@@ -99,7 +99,8 @@ class Remarks:
             raise ExperimentError(
                 f"{self.file}, column {column.header!r}, data row {self._row[place]}: {column.name} = {self._lowest[place]:g} {column.si}; "
                 f"allowed is {column.low:g} to {column.high:g} {column.si}, and {-allowed:.3g} {column.si} for its noise and its zero. "
-                f"Its unit is given as {column.unit}: is that right? Does the sensor count the other way (sign = -1), or is its zero off?"
+                f"Its unit is given as {column.unit}: is that right? Does the sensor count the other way (sign = -1), is its zero off, or "
+                "did it change places with another column?"
             )
 
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from evat.constants import CONSTANTS
+from evat.gap.search.declaration import misdeclared
 from evat.gap.search.recordings import misrecorded
 from evat.inference.checks import opposed, unit_ratio
 from evat.inference.prediction import Prediction
@@ -82,10 +83,12 @@ def audit(prediction: Prediction, predicted: FloatArray, noise_sd: dict[str, flo
     if recorded < CONSTANTS.fewest_samples and means < CONSTANTS.fewest_means:
         least = f"{CONSTANTS.fewest_samples} samples or {CONSTANTS.fewest_means} means"
         refused.append(f"{recorded} samples and {means} means: at least {least} are needed")
+    declared_wrong = misdeclared(prediction, predicted)
+    refused += declared_wrong
     for channel in prediction.channels:
         places = prediction.places(channel)
         measured, simulated = prediction.measured[places], predicted[places]
-        refused += _channel(channel, measured, simulated)
+        refused += _channel(channel, measured, simulated) if not declared_wrong else []
         signal = experiment.signals.get(channel)
         if (
             signal is not None
@@ -97,7 +100,7 @@ def audit(prediction: Prediction, predicted: FloatArray, noise_sd: dict[str, flo
         visible = CONSTANTS.visible_solver_error * float(np.sqrt(np.mean(simulated**2)))
         if error > CONSTANTS.solver_error_limit * noise_sd.get(channel, math.inf) and error > visible:
             refused.append(f"{channel}: the solver's own error ({error:.3g}) dominates; lower the model's relative tolerance")
-    for told, of_recordings in zip((refused, notes), misrecorded(prediction, predicted), strict=True):
+    for told, of_recordings in zip((refused, notes), misrecorded(prediction, predicted) if not declared_wrong else ([], []), strict=True):
         told += of_recordings
     notes += _stated(prediction, predicted, noise_sd)
     return Audit(tuple(refused), tuple(notes), idle_effects(prediction, prediction.model.effects))
