@@ -66,3 +66,10 @@ def test_of_no_effect(fill: Fill, effect: str, kinematics: str) -> None:
 def test_of_no_law(fill: Fill, case: str, law: str) -> None:
     one, *others = courses(fill, {**CASES[case][0], "friction_law": law}, CASES[case][1], [LAWS.index(law), len(case)], 40)
     assert [differing(one, other) for other in others] == [[]] * len(others)
+
+
+def test_of_no_step_of_roundings(fill: Fill) -> None:
+    """Where the slip is solved for, the step across a jump that is recalled goes straight on, also out of contact, where nothing slides."""
+    values: dict[str, float | str] = {"kinematics": "internal", "chip_flow_angle": "current_shear_angle"}
+    one, *others = courses(fill, values, ("sensor_delay",), [1], 40)
+    assert [differing(one, other) for other in others] == [[]] * len(others)

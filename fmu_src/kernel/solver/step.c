@@ -160,14 +160,14 @@ static void pass(const struct Contact *contact, const struct Configuration *w, c
     move_states(w, DRIVEN_BY_FORCE, h, start, middle, end);
 }
 
-/* z after t at the rate that is linearised at the start. Where the level vanishes with the load a bristle may follow
- * it faster than the shortest step, and bends no further than it. */
+/* z after t at the rate that is linearised at the start, which out of contact has no dz of its own. Where the level
+ * vanishes with the load a bristle may follow it faster than the shortest step, and bends no further than it. */
 static double led_on(int relaxes, const struct Point *start, int i, double t)
 {
     const double D = relaxes ? t * start->rate[i] : 0, z = start->z[i];
     double I[3];
     moments(D, I);
-    const double moved = z + t * start->dz[i] * (D > 0 ? I[0] / D : 1);
+    const double dz = start->drive[i] - start->rate[i] * z, moved = z + t * dz * (D > 0 ? I[0] / D : 1);
     const double bound = relaxes ? larger(reach_of(start, i), fabs(z)) : INFINITY;
     return larger(smaller(moved, bound), -bound);
 }
