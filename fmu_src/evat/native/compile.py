@@ -50,7 +50,7 @@ FLAGS = (
     "-Werror",
     "-fvisibility=hidden",
 )
-RELEASE = ("-O2", "-g0", "-fno-sanitize=undefined")  # zig's cc puts checks in unless told not to
+RELEASE = ("-O2", "-g0", "-fomit-frame-pointer", "-fno-sanitize=undefined")  # zig's cc else keeps the pointer, and puts checks in
 SANITIZE = (
     "-O1",
     "-g",
