@@ -16,7 +16,7 @@
 static inline double whole(double x)
 {
     const double rounded = (x + ROUNDER) - ROUNDER;
-    return rounded > x ? rounded - 1 : rounded;
+    return rounded - (rounded > x ? 1 : 0);
 }
 
 /* The chip leaves along the rake as one rigid body that shears on one plane: V_s = approach / cos(phi - alpha) along
@@ -325,8 +325,9 @@ static void open_path(const struct Contact *contact, const struct Configuration 
 
 /* Where the tool passes a place again, and only the cycle before may have left what stands there: thickness over the
  * surface that the previous cycle left there. It reaches up to where that cycle turned, and past it its last height
- * stands. psi: vibration angle, 0 where the tool is fastest; X: its place in units of a. */
-static void on_what_is_left(const struct Contact *contact, const struct Configuration *w, const lanes tau,
+ * stands. turned: the part of the present turn; psi: vibration angle, 0 where the tool is fastest; X: its place in
+ * units of a. */
+static void on_what_is_left(const struct Contact *contact, const struct Configuration *w, const lanes turned,
                             struct Point *x)
 {
     const lanes *p = w->p;
@@ -356,8 +357,7 @@ static void on_what_is_left(const struct Contact *contact, const struct Configur
         on_left[i] = (on_left[i] != 0) & (t->alone[i] != 0);
     }
     EACH_LANE {
-        const double r = x->speed_ratio[i], turns = turns_at(w, i, tau[i]);
-        const double turn = 2 * PI * (turns - whole(turns)),
+        const double r = x->speed_ratio[i], turn = 2 * PI * turned[i],
                      ahead = turn + p[VAR_PHASE_X][i] + PI / 2; /* -3/2 pi .. 9/2 pi */
         const double psi = ahead - 2 * PI * (whole(ahead / (2 * PI) + 1.5) - 1), place = r * psi + x->cos_x[i];
         const double surface = r * (t->last[i] - 2 * PI) + t->bend[i] - place;
@@ -410,13 +410,14 @@ static void phase_of_y(const struct Configuration *w, const struct Point *x, lan
 static void ellipse_at(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x)
 {
     const lanes *p = w->p;
-    lanes cos_phase, sin_phase;
+    lanes cos_phase, sin_phase, turned;
     phase_of_y(w, x, cos_phase, sin_phase);
     EACH_LANE {
         const double f = p[VAR_VIBRATION_FREQUENCY][i], omega = 2 * PI * f, a = x->a[i], b = x->b[i];
         const double v_c = input_at(contact, VAR_CUTTING_SPEED, i, tau[i]);
         const double turns = turns_at(w, i, tau[i]), share = turns - whole(turns);
         double c, s;
+        turned[i] = share;
         cos_sin(share, &c, &s);
         const double c_y = cos_phase[i], s_y = sin_phase[i];
         const double sin_x = s * w->cos_x[i] + c * w->sin_x[i];
@@ -436,7 +437,7 @@ static void ellipse_at(const struct Contact *contact, const struct Configuration
         x->flank[i] = x->always[i] = x->surface_piece[i] = 0;
         x->h[i] = nominal - y;
     }
-    on_what_is_left(contact, w, tau, x);
+    on_what_is_left(contact, w, turned, x);
 }
 
 /* Slip and thickness are given; what effects do to the path comes on top. */
