@@ -18,13 +18,8 @@ static double place_in_cycle(const struct Configuration *w, int lane, double tim
 /* What changes with value[VAR_TIME] and the slopes of the inputs. */
 void wire_time(const struct Contact *contact, struct Configuration *w)
 {
-    w->held = w->kinematics == KINEMATICS_EXTERNAL && w->on_count == 0 && !w->yields;
-    for (int k = 0; k < INPUT_END - INPUT_FIRST && w->held; ++k) {
-        int rises = 0;
-        EACH_LANE
-            rises |= contact->slope[k][i] != 0;
-        w->held = !rises;
-    }
+    w->rises = any_rises(contact);
+    w->held = w->kinematics == KINEMATICS_EXTERNAL && w->on_count == 0 && !w->yields && !w->rises;
     if (w->kinematics == KINEMATICS_EXTERNAL)
         return;
     for (int i = 0; i < LANES; ++i) {

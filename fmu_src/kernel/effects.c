@@ -34,7 +34,7 @@ void move_states(const struct Configuration *w, enum Driver driver, const lanes 
             move_one(w, n, h, start, middle, end);
 }
 
-static void open_measured(struct Point *x)
+void open_measured(struct Point *x)
 {
     EACH_LANE {
         x->measured[0][i] = x->F[i];
@@ -73,7 +73,7 @@ void measure_step(const struct Contact *contact, const struct Configuration *w, 
 {
     open_measured(middle);
     open_measured(end);
-    if (!(w->stages >> STAGE_MEASUREMENT & 1))
+    if (!measures(w))
         return;
     struct Point heard;
     const struct Past past = {contact, w, start, middle, end};

@@ -453,11 +453,11 @@ struct Point {
     lanes unbounded; /* friction force before these bound it [N]; set with them */
     lanes kept, instead; /* share of the bristle's force that stands, and what stands instead of the rest [N]; opened
                             where an effect acts on the bristle */
-    lanes F; /* friction force on the tool along the chip flow [N] */
     lanes law; /* indicator AT_LAW */
     lanes clamped; /* how many values had to be clamped */
-    /* forces */
-    lanes N, F_p, F_f;
+    lanes F; /* friction force on the tool along the chip flow [N] */
+    /* forces: in the order of their impulses in the base table, so that sums of them are taken side by side */
+    lanes F_p, F_f, N;
     lanes P_f, P_s; /* power that friction takes up on the rake face, and that shears the chip [W] */
     lanes beside_N; /* normal force beside that of the shear plane [N] */
     lanes outside; /* 1 where the force lies outside the domain of the shear-angle principle */

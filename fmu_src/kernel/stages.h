@@ -67,6 +67,7 @@ struct Configuration {
     int feedback;                   /* forces move the path within a step */
     int iterates;                   /* one pass over a step does not do, */
     int iterated[LANES];            /* in these lanes */
+    int rises; /* an input has a slope */
     int held; /* external kinematics, no input changes, no effect moves: nothing but the bristle does */
     enum Kinematics kinematics; /* the choices are fixed, and the same in all lanes of a block: */
     enum ProxySource proxy_source;
@@ -104,6 +105,9 @@ void act(const struct Configuration *w, enum Stage stage, struct Point *x);
 enum Driver driver_of(const struct Configuration *w, const struct Effect *effect);
 void move_states(const struct Configuration *w, enum Driver driver, const lanes h, const struct Point *start,
                  struct Point *middle, struct Point *end);
+/* Does an effect act on what is measured? Else that is the forces, as open_measured() has it. */
+static inline int measures(const struct Configuration *w) { return w->stages >> STAGE_MEASUREMENT & 1; }
+void open_measured(struct Point *x);
 void measure(const struct Contact *contact, const struct Configuration *w, struct Point *x);
 void measure_step(const struct Contact *contact, const struct Configuration *w, const lanes h,
                   const struct Point *start, struct Point *middle, struct Point *end);
@@ -256,11 +260,15 @@ void act_on_event(struct Contact *contact, const struct Configuration *w, const 
 
 /* step.c: one trial step of h[i] from s[i]: fills middle and end from start; `difference` is what a lower order would
  * have changed. Where forces move the tool, passes begin with what is known of their feedback, and leave there what
- * they have found; NULL: nothing is, and nobody asks. */
+ * they have found; NULL: nothing is, and nobody asks. try_alike: where slip is held, and middle and end are the start's
+ * already but for what goes by the bristle. */
 struct Feedback;
 void try_step(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h,
               const struct Point *start, struct Feedback *known, struct Point *middle, struct Point *end,
               lanes difference);
+void try_alike(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h,
+               const struct Point *start, struct Feedback *known, struct Point *middle, struct Point *end,
+               lanes difference);
 
 /* step.c: the same way in two halves of step[i], beside the step that middle and end are of. Where a time alone says
  * what the rates are there, they are those that stand in middle and end, and only the quarters are new. */
@@ -399,6 +407,7 @@ struct Course {
     lanes window_end; /* as window_end(), where known */
     int now, known;
     int arrived; /* the point reached stands at the end of the communication step, to the bit */
+    int alike; /* where one is known: all of room is alike but for what goes by the bristle */
     double most_steps; /* internal steps that may still be taken, 0: as many as it takes */
     struct ZenoGuard guard;
 };
@@ -616,6 +625,16 @@ static inline double given_then(double u, double change)
 {
     const double now = u + change;
     return fabs(now) > 1e-15 * fabs(change) ? now : 0;
+}
+
+/* Has an input a slope? By bits, in few instructions. */
+static inline int any_rises(const struct Contact *contact)
+{
+    uint64_t bits = 0;
+    for (int k = 0; k < INPUT_END - INPUT_FIRST; ++k)
+        EACH_LANE
+            bits |= (uint64_t)bits_of(contact->slope[k][i]);
+    return bits << 1 != 0; /* but for the sign of 0 */
 }
 
 /* An input at `tau` after value[VAR_TIME]. */

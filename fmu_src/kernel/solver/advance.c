@@ -12,27 +12,39 @@
 /* Integral by Simpson's rule of what start, middle and end show. */
 #define SUM(field) (sixth * (a->field[i] + 4 * m->field[i] + b->field[i]))
 
-static void accumulate(struct Contact *contact, const struct Configuration *w, const lanes h, const struct Point *a,
-                       const struct Point *m, const struct Point *b)
+static void accumulate(struct Contact *contact, const struct Configuration *w, const lanes h,
+                       const struct Point *restrict a, const struct Point *restrict m, const struct Point *restrict b)
 {
-    lanes *value = contact->value;
+    lanes *const restrict value = contact->value;
+    lanes of_force[CHANNELS];
     EACH_LANE {
         const double sixth = h[i] / 6;
+        of_force[0][i] = SUM(F);
+        of_force[1][i] = SUM(F_p);
+        of_force[2][i] = SUM(F_f);
         value[VAR_BRISTLE_DEFLECTION][i] = b->z[i];
         value[VAR_DISSIPATED_ENERGY][i] += SUM(P_f);
         value[VAR_SHEAR_ENERGY][i] += SUM(P_s);
         value[VAR_SLIDING_DISTANCE][i] += a->cutting[i] * SUM(speed);
-        value[VAR_FRICTION_IMPULSE][i] += SUM(F);
-        value[VAR_PRINCIPAL_IMPULSE][i] += SUM(F_p);
-        value[VAR_FEED_IMPULSE][i] += SUM(F_f);
+        value[VAR_FRICTION_IMPULSE][i] += of_force[0][i];
+        value[VAR_PRINCIPAL_IMPULSE][i] += of_force[1][i];
+        value[VAR_FEED_IMPULSE][i] += of_force[2][i];
         value[VAR_NORMAL_IMPULSE][i] += SUM(N);
         value[VAR_CONTACT_TIME][i] += h[i] * a->cutting[i];
-        value[VAR_MEASURED_FRICTION_IMPULSE][i] += SUM(measured[0]);
-        value[VAR_MEASURED_PRINCIPAL_IMPULSE][i] += SUM(measured[1]);
-        value[VAR_MEASURED_FEED_IMPULSE][i] += SUM(measured[2]);
         value[VAR_STEP_COUNT][i] += h[i] > 0;
         value[VAR_CLAMPED_COUNT][i] +=
             (h[i] > 0) & ((contact->at_bound[i] != 0) | ((b->cutting[i] != 0) & (b->clamped[i] + b->outside[i] > 0)));
+    }
+    if (measures(w))
+        EACH_LANE {
+            const double sixth = h[i] / 6;
+            for (int k = 0; k < CHANNELS; ++k)
+                of_force[k][i] = SUM(measured[k]);
+        }
+    EACH_LANE {
+        value[VAR_MEASURED_FRICTION_IMPULSE][i] += of_force[0][i];
+        value[VAR_MEASURED_PRINCIPAL_IMPULSE][i] += of_force[1][i];
+        value[VAR_MEASURED_FEED_IMPULSE][i] += of_force[2][i];
     }
     if (w->drivers)
         store_states(contact, w, b);
@@ -52,7 +64,10 @@ static enum Status take(struct Contact *contact, const struct Configuration *w, 
     EACH_LANE
         contact->next_step[i] = t->next[i];
     warn(contact, t->end);
-    measure_step(contact, w, t->h, t->start, t->middle, t->end);
+    if (measures(w))
+        measure_step(contact, w, t->h, t->start, t->middle, t->end);
+    else
+        open_measured(t->end);
     accumulate(contact, w, t->h, t->start, t->middle, t->end);
     for (int i = 0; (w->looks_back || w->meets_again) && i < LANES; ++i)
         if (!past_reaches(contact, w, i, t->end->t[i]))
@@ -116,6 +131,7 @@ static void act_on_jump(struct Contact *contact, const struct Configuration *w, 
     for (int i = 0; i < LANES; ++i)
         copy_lane(before, (const lanes *)contact->sign, INDICATORS, i);
     act_in_lanes(contact, w, s, ahead, chased, acts, t->start);
+    t->alike = 0;
     for (int i = 0; i < LANES; ++i) {
         int same = acts[i];
         for (int k = 0; k < INDICATORS; ++k)
@@ -153,7 +169,8 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
                       .start = &room[course->now].point,
                       .middle = &room[other[course->now][0]].point,
                       .end = &room[other[course->now][1]].point,
-                      .shortest = shortest_step(w, step)};
+                      .shortest = shortest_step(w, step),
+                      .alike = course->known && course->alike};
     int jumps = 0, stopped = 0, acts[LANES], chased[LANES] = {0};
     lanes quiet_for;
     EACH_LANE {
@@ -258,10 +275,13 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
         for (int i = 0; w->feedback && i < LANES; ++i)
             if (acts[i])
                 forget_feedback(&t, i);
-        if (event || turns)
+        if (event || turns) {
             act_in_lanes(contact, w, s, ahead, chased, acts, t.start);
+            t.alike = 0;
+        }
     }
     course->now = t.start == &room[0].point ? 0 : t.start == &room[1].point ? 1 : 2;
     course->known = !stopped;
+    course->alike = t.alike;
     return STATUS_OK;
 }

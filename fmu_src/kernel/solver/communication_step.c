@@ -3,14 +3,17 @@
 #include "../stages.h"
 
 #include <math.h>
+#include <string.h>
 
 void move_on(struct Contact *contact, const lanes s)
 {
-    EACH_LANE {
+    EACH_LANE
         contact->value[VAR_TIME][i] += s[i];
-        for (int k = INPUT_FIRST; k < INPUT_END; ++k)
+    if (!any_rises(contact))
+        return;
+    for (int k = INPUT_FIRST; k < INPUT_END; ++k)
+        EACH_LANE
             contact->value[k][i] = given_then(contact->value[k][i], contact->slope[k - INPUT_FIRST][i] * s[i]);
-    }
 }
 
 static enum Status advance_by_means(struct Contact *contact, double step, double *taken)
@@ -78,13 +81,9 @@ void kernel_wire(const struct Contact *contact, struct Wiring *wired)
 
 /* Does a point that ends a step begin the next one, to the bit? Not where effects keep more than it shows, where passes
  * have settled it, where the law remembers, or where inputs have slopes, which end with the step. */
-static int goes_on(const struct Contact *contact, const struct Configuration *w)
+static int goes_on(const struct Configuration *w)
 {
-    int rises = 0;
-    for (int k = 0; k < INPUTS; ++k)
-        EACH_LANE
-            rises |= contact->slope[k][i] != 0;
-    return !rises && w->on_count == 0 && !w->iterates && !w->law->event;
+    return !w->rises && w->on_count == 0 && !w->iterates && !w->law->event;
 }
 
 static void note_place(const struct Contact *contact, struct Place *at)
@@ -92,21 +91,27 @@ static void note_place(const struct Contact *contact, struct Place *at)
     EACH_LANE {
         at->time[i] = contact->value[VAR_TIME][i];
         at->window[i] = contact->window[i];
-        for (int k = 0; k < INPUTS; ++k)
-            at->input[k][i] = contact->value[INPUT_FIRST + k][i];
         at->surface_side[i] = contact->sign[AT_SURFACE][i];
         at->slip_side[i] = contact->sign[AT_SLIP][i];
     }
+    memcpy(at->input, contact->value[INPUT_FIRST], sizeof at->input);
+}
+
+static int are_equal(const lanes *a, const lanes *b, int count)
+{
+    uint64_t apart = 0;
+    for (int k = 0; k < count; ++k)
+        EACH_LANE
+            apart |= (uint64_t)(bits_of(a[k][i]) ^ bits_of(b[k][i]));
+    return apart == 0;
 }
 
 static int stands_at(const struct Contact *contact, const struct Place *at, const struct Point *x)
 {
-    int same = 1;
+    int same = are_equal(at->input, contact->value + INPUT_FIRST, INPUTS);
     EACH_LANE {
         same &= (at->time[i] == contact->value[VAR_TIME][i]) & (x->z[i] == contact->value[VAR_BRISTLE_DEFLECTION][i]) &
                 (at->window[i] == contact->window[i]);
-        for (int k = 0; k < INPUTS; ++k)
-            same &= at->input[k][i] == contact->value[INPUT_FIRST + k][i];
         same &= (at->surface_side[i] == contact->sign[AT_SURFACE][i]) &
                 (at->slip_side[i] == contact->sign[AT_SLIP][i]) & (x->law_side[i] == contact->sign[AT_LAW][i]) &
                 ((x->cutting[i] != 0) == (contact->sign[AT_CONTACT][i] > 0));
@@ -121,7 +126,7 @@ enum Status kernel_advance_wired(struct Contact *contact, struct Wiring *wired, 
     struct Course *const course = &wired->course;
     wire_time(contact, w);
     wire_step(step, w);
-    const int keeps = goes_on(contact, w);
+    const int keeps = goes_on(w);
     course->known = course->known && keeps && stands_at(contact, &wired->reached, &course->room[course->now].point);
     const enum Status status = advance_by(w, contact, step, stop_at_events, course, taken);
     course->known = course->known && course->arrived && keeps && status == STATUS_OK;

@@ -148,9 +148,7 @@ static void bend(const struct Configuration *w, const lanes h, const struct Poin
 static void pass(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h,
                  const struct Point *start, struct Point *middle, struct Point *end, lanes difference)
 {
-    if (w->held)
-        *middle = *end = *start;
-    else
+    if (!w->held)
         open_step(contact, w, s, h, start, middle, end);
     bend(w, h, start, middle, end, difference);
     if (w->iterates && !w->feedback)
@@ -307,9 +305,9 @@ static void foresee(const lanes h, const struct Point *start, struct Point *midd
     }
 }
 
-void try_step(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h,
-              const struct Point *start, struct Feedback *known, struct Point *middle, struct Point *end,
-              lanes difference)
+void try_alike(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h,
+               const struct Point *start, struct Feedback *known, struct Point *middle, struct Point *end,
+               lanes difference)
 {
     EACH_LANE {
         difference[i] = 0;
@@ -343,6 +341,15 @@ void try_step(const struct Contact *contact, const struct Configuration *w, cons
         wait_where_arrived(w, h, start, middle);
         wait_where_arrived(w, h, start, end);
     }
+}
+
+void try_step(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h,
+              const struct Point *start, struct Feedback *known, struct Point *middle, struct Point *end,
+              lanes difference)
+{
+    if (w->held)
+        *middle = *end = *start;
+    try_alike(contact, w, s, h, start, known, middle, end, difference);
 }
 
 static void copy_but_states(const struct Point *from, struct Point *to)

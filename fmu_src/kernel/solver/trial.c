@@ -84,7 +84,12 @@ void compute_trial(const struct Contact *contact, const struct Configuration *w,
 {
     for (int i = 0; w->feedback && i < LANES; ++i)
         recall_feedback(t, i);
-    try_step(contact, w, s, t->h, t->start, w->feedback ? &t->loop->latest : NULL, t->middle, t->end, t->difference);
+    if (t->alike && w->held)
+        try_alike(contact, w, s, t->h, t->start, NULL, t->middle, t->end, t->difference);
+    else
+        try_step(contact, w, s, t->h, t->start, w->feedback ? &t->loop->latest : NULL, t->middle, t->end,
+                 t->difference);
+    t->alike = w->held;
 }
 
 void forget_feedback(struct Trial *t, int i)

@@ -23,6 +23,7 @@ struct Trial {
     lanes wait; /* after which a contact that was passed over is looked at again [s] */
     int fits[LANES]; /* whether it is within the tolerance */
     int failed[LANES]; /* whether a longer one was not */
+    int alike; /* start, middle and end are, but for what goes by the bristle */
     struct LoopMemory *loop; /* where forces move the tool */
 };
 
