@@ -22,6 +22,7 @@ void wire_time(const struct Contact *contact, struct Configuration *w)
     w->held = w->kinematics == KINEMATICS_EXTERNAL && w->on_count == 0 && !w->yields && !w->rises;
     if (w->kinematics == KINEMATICS_EXTERNAL)
         return;
+    int moving = w->stages >> STAGE_PATH & 1;
     for (int i = 0; i < LANES; ++i) {
         const double omega = 2 * PI * w->p[VAR_VIBRATION_FREQUENCY][i],
                      a = or_none(w->p[VAR_AMPLITUDE_X][i], NO_AMPLITUDE);
@@ -34,7 +35,9 @@ void wire_time(const struct Contact *contact, struct Configuration *w)
             turn_at(w, r, lead, aspect, &w->turn, i);
             shape_at(&w->turn, i);
         }
+        moving |= !(a > 0) | (contact->slope[(int)VAR_CUTTING_SPEED - (int)INPUT_FIRST][i] != 0);
     }
+    w->turns_alike = !moving;
 }
 
 /* What goes by the length of the communication step, which begins at value[VAR_TIME]. */
@@ -177,6 +180,7 @@ struct Configuration wire(const struct Contact *contact)
     resolving_step(&w, w.longest);
     for (int i = 0; i < LANES; ++i) {
         const double tight = USUAL_TOLERANCE / w.p[VAR_RELATIVE_TOLERANCE][i];
+        w.tighter[i] = smaller(w.p[VAR_RELATIVE_TOLERANCE][i] / USUAL_TOLERANCE, 1);
         w.decayed[i] = tight > 1 ? DECAYED + log(tight) : DECAYED;
         w.root_decayed[i] = tight > 1 ? sqrt(w.decayed[i]) : ROOT_DECAYED;
         w.finer[i] = tight > 1 ? sqrt(sqrt(tight)) : 1;

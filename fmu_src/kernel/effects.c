@@ -4,7 +4,7 @@
 
 #include <math.h>
 
-void act(const struct Configuration *w, enum Stage stage, struct Point *x)
+INLINED void act(const struct Configuration *w, enum Stage stage, struct Point *x)
 {
     if (!(w->stages >> stage & 1))
         return;

@@ -63,7 +63,7 @@ double friction_of(const struct Configuration *w, double mu, double side, int la
     return side * 2 * sin_beta / (w->by_energy ? 1 - sine : cosine - sine);
 }
 
-void load_at(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x)
+INLINED void load_at(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x)
 {
     const lanes *p = w->p;
     act(w, STAGE_TEMPERATURE, x);
@@ -108,7 +108,7 @@ static void powers_at(const struct Configuration *w, struct Point *x)
         }
 }
 
-void forces_at(const struct Configuration *w, struct Point *x)
+INLINED void forces_at(const struct Configuration *w, struct Point *x)
 {
     if (w->by_energy)
         EACH_LANE {

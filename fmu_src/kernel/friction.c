@@ -17,7 +17,7 @@ static double of_temperature(const struct Contact *contact, const struct Configu
     return p[VAR_THETA_REF][i] * power_of(larger(share, 0), 1 / p[VAR_ALPHA_T][i]);
 }
 
-void proxy_open(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x)
+INLINED void proxy_open(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x)
 {
     const int given = w->proxy_source == PROXY_IS_CUTTING_SPEED ? VAR_CUTTING_SPEED : VAR_PROXY_SPEED;
     x->warnings = 0;
@@ -88,7 +88,8 @@ static void act_on_levels(const struct Configuration *w, struct Point *x)
         x->F_S[i] = static_share[i] * x->F_C[i];
 }
 
-void friction_open(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x)
+INLINED void friction_open(const struct Contact *contact, const struct Configuration *w, const lanes tau,
+                           struct Point *x)
 {
     const lanes *p = w->p;
     EACH_LANE {
@@ -132,7 +133,7 @@ void friction_open(const struct Contact *contact, const struct Configuration *w,
 }
 
 /* Out of contact nothing drives the bristles: they relax, or (release_time 0) were let go at separation. */
-void friction_rates(const struct Configuration *w, struct Point *x)
+INLINED void friction_rates(const struct Configuration *w, struct Point *x)
 {
     w->law->rates(w->law_p, x);
     if (w->yields)
@@ -177,7 +178,7 @@ static void force_in_part(const struct Configuration *w, struct Point *x)
     }
 }
 
-void friction_force(const struct Configuration *w, struct Point *x)
+INLINED void friction_force(const struct Configuration *w, struct Point *x)
 {
     EACH_LANE
         x->dz[i] = x->drive[i] - x->rate[i] * x->z[i];

@@ -336,10 +336,12 @@ static void on_what_is_left(const struct Contact *contact, const struct Configur
     EACH_LANE {
         on_left[i] = (x->speed_ratio[i] < 1) & (x->a[i] > 0) & (x->approach[i] > 0);
         passing |= on_left[i] != 0;
-        others |= (on_left[i] != 0) & (!(x->speed_ratio[i] == w->turn.r[i]) | (x->phase_y[i] != p[VAR_PHASE_Y][i]));
     }
     if (!passing)
         return;
+    if (!w->turns_alike)
+        EACH_LANE
+            others |= (on_left[i] != 0) & (!(x->speed_ratio[i] == w->turn.r[i]) | (x->phase_y[i] != p[VAR_PHASE_Y][i]));
     const struct Turn *t = &w->turn;
     struct Turn other;
     if (others) {
@@ -359,7 +361,8 @@ static void on_what_is_left(const struct Contact *contact, const struct Configur
     EACH_LANE {
         const double r = x->speed_ratio[i], turn = 2 * PI * turned[i],
                      ahead = turn + p[VAR_PHASE_X][i] + PI / 2; /* -3/2 pi .. 9/2 pi */
-        const double psi = ahead - 2 * PI * (whole(ahead / (2 * PI) + 1.5) - 1), place = r * psi + x->cos_x[i];
+        const double psi = ahead - 2 * PI * ((ahead >= PI) + (ahead >= 3 * PI) - (ahead < -PI)),
+                     place = r * psi + x->cos_x[i];
         const double surface = r * (t->last[i] - 2 * PI) + t->bend[i] - place;
         const int moving_on = (on_left[i] != 0) & (r > 0);
         angle[i] = psi;
@@ -400,8 +403,10 @@ static void phase_of_y(const struct Configuration *w, const struct Point *x, lan
     EACH_LANE {
         cosine[i] = w->cos_y[i];
         sine[i] = w->sin_y[i];
-        shifted |= x->phase_y[i] != w->p[VAR_PHASE_Y][i];
     }
+    if (!w->turns_alike)
+        EACH_LANE
+            shifted |= x->phase_y[i] != w->p[VAR_PHASE_Y][i];
     for (int i = 0; shifted && i < LANES; ++i)
         if (x->phase_y[i] != w->p[VAR_PHASE_Y][i])
             cos_sin_of(x->phase_y[i], &cosine[i], &sine[i]);
@@ -422,11 +427,9 @@ static void ellipse_at(const struct Contact *contact, const struct Configuration
         const double c_y = cos_phase[i], s_y = sin_phase[i];
         const double sin_x = s * w->cos_x[i] + c * w->sin_x[i];
         const double cos_y = c * c_y - s * s_y, sin_y = s * c_y + c * s_y;
-        const double r = a > 0 ? v_c / (a * omega) : INFINITY;
         x->cos_x[i] = c * w->cos_x[i] - s * w->sin_x[i];
         x->u_x[i] = v_c - a * omega * sin_x + x->centre_u_x[i];
         x->u_y[i] = -b * omega * sin_y + x->centre_u_y[i];
-        x->speed_ratio[i] = a > 0 ? r : 0;
         x->approach[i] = x->u_x[i] * w->cos_rake[i] + x->u_y[i] * w->sin_rake[i];
 
         /* Heights over the vibration's centre; the previous cycle is taken to have had the same centre. Without
@@ -436,7 +439,13 @@ static void ellipse_at(const struct Contact *contact, const struct Configuration
         x->surface[i] = -1;
         x->flank[i] = x->always[i] = x->surface_piece[i] = 0;
         x->h[i] = nominal - y;
+        x->speed_ratio[i] = w->turn.r[i];
     }
+    if (!w->turns_alike)
+        EACH_LANE {
+            const double omega = 2 * PI * p[VAR_VIBRATION_FREQUENCY][i], a = x->a[i];
+            x->speed_ratio[i] = a > 0 ? input_at(contact, VAR_CUTTING_SPEED, i, tau[i]) / (a * omega) : 0;
+        }
     on_what_is_left(contact, w, turned, x);
 }
 

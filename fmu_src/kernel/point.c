@@ -67,8 +67,8 @@ void engage_step(const struct Contact *contact, const struct Configuration *w, c
 }
 
 /* Stages up to the rates, z given in x. passing: a point within a step, whose outputs nobody looks at. */
-void open_point(const struct Contact *contact, const struct Configuration *w, const lanes tau, int passing,
-                struct Point *x)
+INLINED void open_point(const struct Contact *contact, const struct Configuration *w, const lanes tau, int passing,
+                        struct Point *x)
 {
     if (passing && !anywhere(x->cutting)) {
         coast(w, x);
@@ -96,7 +96,7 @@ void bend_point(const struct Configuration *w, struct Point *x)
 }
 
 /* The rest of the stages, once z is known. */
-void close_point(const struct Contact *contact, const struct Configuration *w, int passing, struct Point *x)
+INLINED void close_point(const struct Contact *contact, const struct Configuration *w, int passing, struct Point *x)
 {
     if (passing && !anywhere(x->cutting))
         return;

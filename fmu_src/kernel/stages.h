@@ -29,6 +29,13 @@
 #define ON_LINES
 #endif
 
+/* Part of each caller, in other files, too: what is called at each point costs a twentieth of a step in calls. */
+#if defined(__GNUC__)
+#define INLINED inline __attribute__((always_inline))
+#else
+#define INLINED
+#endif
+
 /* What an ellipse leaves that does not change from cycle to cycle; see path.c. Heights in amplitudes b. */
 struct Turn {
     lanes r, lead, aspect; /* of the ellipse: speed ratio, phase of y where the tool is fastest, b / a */
@@ -77,6 +84,7 @@ struct Configuration {
     lanes longest; /* internal step that resolves vibration and effects [s] */
     lanes
         finer; /* times as many steps as at the usual tolerance: its fourth root over relative_tolerance, 1 at least */
+    lanes tighter; /* relative_tolerance over the usual one, 1 at most */
     lanes flat_share, damping_room; /* of lugre.c: slip without static friction over v_s; how much damping dissipates */
     lanes decayed, root_decayed; /* x from which on e^-x is less than the tolerance asks for, and its root */
     lanes cycle; /* place in the vibration cycle at value[VAR_TIME], 0..1 */
@@ -86,6 +94,7 @@ struct Configuration {
     lanes tan_clearance;
     lanes cos_x, sin_x, cos_y, sin_y; /* of the phases */
     struct Turn turn; /* at the speed ratio that holds at value[VAR_TIME] */
+    int turns_alike; /* no input and no effect changes the ellipse: turn is that of all points */
     lanes tan_flow; /* of chip_flow_shear_angle - rake_angle */
     lanes cot_flow; /* of chip_flow_shear_angle, where the slip is given */
     lanes bound_along, bound_against; /* of friction on the rake face over the shear load, where an effect has one; */
@@ -538,10 +547,8 @@ static inline void force_shares(const struct Configuration *w, const lanes h, la
         share[i] = 1;
     if (w->kinematics == KINEMATICS_EXTERNAL || w->current_angle || w->looks_back)
         return;
-    EACH_LANE {
-        const double tight = smaller(w->p[VAR_RELATIVE_TOLERANCE][i] / USUAL_TOLERANCE, 1);
-        share[i] = smaller(h[i] * w->p[VAR_VIBRATION_FREQUENCY][i] / (BRIEF * tight * tight), 1);
-    }
+    EACH_LANE
+        share[i] = smaller(h[i] * w->p[VAR_VIBRATION_FREQUENCY][i] / (BRIEF * w->tighter[i] * w->tighter[i]), 1);
 }
 
 /* What counts as the size of a small friction force: of static friction what its parameter says, since what effects add

@@ -44,8 +44,7 @@ static void doubtful_factors(const struct Contact *contact, const struct Configu
                              const struct Point *m, const struct Point *b, lanes factor)
 {
     EACH_LANE {
-        const double tight = smaller(w->p[VAR_RELATIVE_TOLERANCE][i] / USUAL_TOLERANCE, 1);
-        const double usual = tight < 1 ? 1 + (FACTOR - 1) / one_over_root(3, tight) : FACTOR;
+        const double tight = w->tighter[i], usual = tight < 1 ? 1 + (FACTOR - 1) / one_over_root(3, tight) : FACTOR;
         const int bends = w->acting[i] >> DRIVEN_BY_MOTION & 1 &&
                           states_bend(w, STRAIGHT * contact->largest_difference[i], a, m, b, i);
         factor[i] = bends ? LITTLE : usual;
