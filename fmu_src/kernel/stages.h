@@ -351,7 +351,8 @@ void step_doubling_error(const struct Contact *contact, const struct Configurati
                          const struct Point *a, const struct Point *m, const struct Point *b, lanes error);
 int accurate_in_halves(const struct Contact *contact, const struct Configuration *w, double shortest,
                        const struct Feedback *known, const lanes s, const lanes h, const struct Point *start,
-                       const struct Point *middle, const struct Point *end, lanes next, int fits[LANES]);
+                       const struct Point *middle, const struct Point *end, const int doubtful[LANES], lanes next,
+                       int fits[LANES]);
 
 /* event_search.c: does a lane see an event, by the signs at middle and end? And does any, or may it have touched the
  * work in between? Most steps see none, and need not ask each lane. */

@@ -169,14 +169,12 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
                       .start = &room[course->now].point,
                       .middle = &room[other[course->now][0]].point,
                       .end = &room[other[course->now][1]].point,
-                      .shortest = shortest_step(w, step),
                       .alike = course->known && course->alike};
     int jumps = 0, stopped = 0, acts[LANES], chased[LANES] = {0};
     lanes quiet_for;
-    EACH_LANE {
+    EACH_LANE
         quiet_for[i] = INFINITY; /* since the last event [s] */
-        t.acted[i] = t.failed[i] = 0;
-    }
+    begin_trials(w, step, &t);
     if (w->feedback)
         memset(&loop, 0, sizeof loop);
     guard_stretch(contact, w, guard);

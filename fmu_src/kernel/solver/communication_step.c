@@ -62,7 +62,7 @@ enum Status kernel_advance(struct Contact *contact, double step, int stop_at_eve
 /* What a point depends on and does not show, and what may change between two steps. */
 enum { INPUTS = INPUT_END - INPUT_FIRST };
 struct Place {
-    lanes time, window, input[INPUTS], surface_side, slip_side;
+    lanes time, window, input[INPUTS], sign[INDICATORS];
 };
 
 struct Wiring {
@@ -91,9 +91,8 @@ static void note_place(const struct Contact *contact, struct Place *at)
     EACH_LANE {
         at->time[i] = contact->value[VAR_TIME][i];
         at->window[i] = contact->window[i];
-        at->surface_side[i] = contact->sign[AT_SURFACE][i];
-        at->slip_side[i] = contact->sign[AT_SLIP][i];
     }
+    memcpy(at->sign, contact->sign, sizeof at->sign);
     memcpy(at->input, contact->value[INPUT_FIRST], sizeof at->input);
 }
 
@@ -108,15 +107,10 @@ static int are_equal(const lanes *a, const lanes *b, int count)
 
 static int stands_at(const struct Contact *contact, const struct Place *at, const struct Point *x)
 {
-    int same = are_equal(at->input, contact->value + INPUT_FIRST, INPUTS);
-    EACH_LANE {
-        same &= (at->time[i] == contact->value[VAR_TIME][i]) & (x->z[i] == contact->value[VAR_BRISTLE_DEFLECTION][i]) &
-                (at->window[i] == contact->window[i]);
-        same &= (at->surface_side[i] == contact->sign[AT_SURFACE][i]) &
-                (at->slip_side[i] == contact->sign[AT_SLIP][i]) & (x->law_side[i] == contact->sign[AT_LAW][i]) &
-                ((x->cutting[i] != 0) == (contact->sign[AT_CONTACT][i] > 0));
-    }
-    return same;
+    return are_equal(at->input, contact->value + INPUT_FIRST, INPUTS) &&
+           are_equal(&at->time, contact->value + VAR_TIME, 1) &&
+           are_equal(&x->z, contact->value + VAR_BRISTLE_DEFLECTION, 1) &&
+           are_equal(&at->window, &contact->window, 1) && are_equal(at->sign, contact->sign, INDICATORS);
 }
 
 enum Status kernel_advance_wired(struct Contact *contact, struct Wiring *wired, double step, int stop_at_events,

@@ -80,8 +80,8 @@ static void slip_as_solved(const struct Configuration *w, struct Point *x)
 }
 
 /* The stages up to the rates at middle and end, with the z and the states that stand there. */
-static void open_step(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h,
-                      const struct Point *start, struct Point *middle, struct Point *end)
+static INLINED void open_step(const struct Contact *contact, const struct Configuration *w, const lanes s,
+                              const lanes h, const struct Point *start, struct Point *middle, struct Point *end)
 {
     lanes half, whole;
     EACH_LANE {
@@ -145,8 +145,8 @@ static void bend(const struct Configuration *w, const lanes h, const struct Poin
 }
 
 /* All stages there, and from their rates the bristle's new z. */
-static void pass(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h,
-                 const struct Point *start, struct Point *middle, struct Point *end, lanes difference)
+static INLINED void pass(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h,
+                         const struct Point *start, struct Point *middle, struct Point *end, lanes difference)
 {
     if (!w->held)
         open_step(contact, w, s, h, start, middle, end);

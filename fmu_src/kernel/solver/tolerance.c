@@ -95,20 +95,13 @@ static double swings(const struct Configuration *w, int i, int feed, double h, c
     return bend > QUIET * tolerance * part * part ? part * part * part * finer * finer * finer : 0;
 }
 
-int accurate(const struct Contact *contact, const struct Configuration *w, double shortest, const lanes h,
-             const struct Point *start, const struct Point *middle, const struct Point *end, const lanes difference,
-             lanes next, int fits[LANES])
+/* Where the badness itself is asked for. */
+static int accurate_by(const struct Contact *contact, const struct Configuration *w, double shortest, int eventful,
+                       const lanes share, const lanes h, const struct Point *start, const struct Point *middle,
+                       const struct Point *end, const lanes difference, lanes next, int fits[LANES])
 {
-    const int feed = loads_feed(w), eventful = w->law->event != NULL && w->stages >> STAGE_FRICTION & 1;
+    const int feed = loads_feed(w);
     int all = 1, coarse = 0;
-    lanes share;
-    force_shares(w, h, share);
-    if (!w->looks_back && !w->comes_back && !eventful && !w->feedback &&
-        all_well_within(contact, w, feed, share, start, middle, end, difference)) {
-        EACH_LANE
-            next[i] = smaller(larger(4 * h[i], next[i]), w->longest[i]);
-        return 1;
-    }
     lanes of_late = {0}, bad, factor;
     for (int i = 0; w->looks_back && i < LANES; ++i)
         of_late[i] = late_bend(contact, w, i, start, middle, end) / contact->largest_difference[i];
@@ -140,14 +133,28 @@ int accurate(const struct Contact *contact, const struct Configuration *w, doubl
     return all;
 }
 
+int accurate(const struct Contact *contact, const struct Configuration *w, double shortest, const lanes h,
+             const struct Point *start, const struct Point *middle, const struct Point *end, const lanes difference,
+             lanes next, int fits[LANES])
+{
+    const int eventful = w->law->event != NULL && w->stages >> STAGE_FRICTION & 1;
+    lanes share;
+    force_shares(w, h, share);
+    if (w->looks_back || w->comes_back || eventful || w->feedback ||
+        !all_well_within(contact, w, loads_feed(w), share, start, middle, end, difference))
+        return accurate_by(contact, w, shortest, eventful, share, h, start, middle, end, difference, next, fits);
+    EACH_LANE
+        next[i] = smaller(larger(4 * h[i], next[i]), w->longest[i]);
+    return 1;
+}
+
 int accurate_in_halves(const struct Contact *contact, const struct Configuration *w, double shortest,
                        const struct Feedback *known, const lanes s, const lanes h, const struct Point *start,
-                       const struct Point *middle, const struct Point *end, lanes next, int fits[LANES])
+                       const struct Point *middle, const struct Point *end, const int doubtful[LANES], lanes next,
+                       int fits[LANES])
 {
-    int doubtful[LANES], all = 1;
+    int all = 1;
     lanes error;
-    if (!in_doubt(contact, w, h, start, middle, end, next, doubtful))
-        return 1;
     step_doubling_error(contact, w, shortest, doubtful, known, s, h, start, middle, end, error);
     EACH_LANE {
         /* the error of a step is of fifth order; beyond the tolerance that says little, and halves are tried */

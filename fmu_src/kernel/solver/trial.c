@@ -6,10 +6,14 @@
 
 #define AS_LONG 1.01 /* times what is wanted: as long as in the cycle before, where that had ended where it did */
 
-static inline double beside_window(const struct Configuration *w, double step, int i)
+void begin_trials(const struct Configuration *w, double step, struct Trial *t)
 {
-    const double window = w->p[VAR_AVERAGING_WINDOW][i];
-    return BESIDE_WINDOW * smaller(step, window > 0 ? window : w->longest[i]);
+    t->shortest = larger(1e-12 * step, w->current_angle ? jump_time(w, 0) : 0);
+    EACH_LANE {
+        const double window = w->p[VAR_AVERAGING_WINDOW][i];
+        t->beside_window[i] = BESIDE_WINDOW * smaller(step, window > 0 ? window : w->longest[i]);
+        t->acted[i] = t->failed[i] = 0;
+    }
 }
 
 /* Where the slip is solved for, a law acts on its own event at the end of steps: none reaches further past one than the
@@ -31,7 +35,7 @@ int choose_step(const struct Contact *contact, const struct Configuration *w, do
     EACH_LANE {
         const double left = step - s[i];
         const double until = larger(window_ends[i] - contact->value[VAR_TIME][i] - s[i], 0),
-                     window = until <= left + beside_window(w, step, i) ? smaller(until, left) : until;
+                     window = until <= left + t->beside_window[i] ? smaller(until, left) : until;
         const double whole = smaller(left, window), wanted = smaller(contact->next_step[i], w->longest[i]);
         const int last = whole <= wanted;
         const double chosen = left <= 0            ? 0
@@ -115,11 +119,6 @@ static void try_again(struct Contact *contact, const int asks[LANES], const lane
 {
     EACH_LANE
         contact->next_step[i] = asks[i] ? next[i] : contact->next_step[i];
-}
-
-double shortest_step(const struct Configuration *w, double step)
-{
-    return larger(1e-12 * step, w->current_angle ? jump_time(w, 0) : 0);
 }
 
 /* The lanes that are beyond the tolerance ask for a shorter step. */

@@ -17,6 +17,7 @@ struct Trial {
     lanes h, to_window;      /* its length [s]; nonzero where it ends with an averaging window */
     lanes aimed; /* the length with which it was to end where one of the cycle before had ended; 0: none */
     lanes next, difference; /* the step that the tolerance asks for [s], and what a lower order would change */
+    lanes beside_window; /* how far a window may end beside the communication step, and ends with it [s] */
     double shortest; /* length at which the tolerance gives way [s] */
     int cut[LANES]; /* the event that h ends at, NO_EVENT or JUMP */
     int acted[LANES]; /* whether a jump at its start has been acted on and has changed no side */
@@ -37,8 +38,11 @@ static inline int trial_is_accurate(const struct Contact *contact, const struct 
 static inline int halves_are_accurate(const struct Contact *contact, const struct Configuration *w, const lanes s,
                                       struct Trial *t)
 {
-    return accurate_in_halves(contact, w, t->shortest, &t->loop->latest, s, t->h, t->start, t->middle, t->end, t->next,
-                              t->fits);
+    int doubtful[LANES];
+    if (!in_doubt(contact, w, t->h, t->start, t->middle, t->end, t->next, doubtful))
+        return 1;
+    return accurate_in_halves(contact, w, t->shortest, &t->loop->latest, s, t->h, t->start, t->middle, t->end, doubtful,
+                              t->next, t->fits);
 }
 
 /* What the tolerance asks for, ended where it must or may end; false where no lane is on its way. */
@@ -48,8 +52,8 @@ void compute_trial(const struct Contact *contact, const struct Configuration *w,
 /* What is known of the feedback in a lane does not hold any more; or is what the step has found that is taken. */
 void forget_feedback(struct Trial *t, int lane);
 void keep_feedback(struct Trial *t, int lane);
-/* Length at which the tolerance gives way, within a communication step [s]. */
-double shortest_step(const struct Configuration *w, double step);
+/* Before the first of a communication step. */
+void begin_trials(const struct Configuration *w, double step, struct Trial *t);
 /* The lanes that are beyond the tolerance ask for a shorter step. */
 void ask_again(struct Contact *contact, struct Trial *t);
 int trial_repeats(const struct Trial *t);
