@@ -16,23 +16,32 @@ int64_t ring_first(const struct Ring *ring, int lane)
     return first < count && count - first <= HISTORY ? first : count > HISTORY ? count - HISTORY : 0;
 }
 
-double piece_end(const struct Pieces *p, int64_t n) { return p->ring->end[n % HISTORY][p->lane]; }
-double piece_start(const struct Pieces *p, int64_t n)
-{
-    return piece_end(p, n) - p->ring->length[n % HISTORY][p->lane];
-}
+/* The place of the n-th that was written. */
+static inline int in_ring(int64_t n) { return (int)((uint64_t)n % HISTORY); }
+
+double piece_end(const struct Pieces *p, int64_t n) { return p->ring->end[in_ring(n)][p->lane]; }
+double piece_start(const struct Pieces *p, int64_t n) { return piece_end(p, n) - p->ring->length[in_ring(n)][p->lane]; }
 const lanes *piece_nodes(const struct Pieces *p, int64_t n, int channel)
 {
-    return p->value + (n % HISTORY * p->channels + channel) * NODES;
+    return p->value + (in_ring(n) * p->channels + channel) * NODES;
 }
 
 /* The first of the places low..high of a ring whose time lies after t, or with `at` set at t or after; high where none
  * does. */
 int64_t first_later(const lanes *times, int lane, int64_t low, int64_t high, double t, int at)
 {
+    /* most look back by little: from the end in steps of twice the length, then between the last two */
+    for (int64_t far = 1; low < high - far; far *= 2) {
+        const double there = times[in_ring(high - far)][lane];
+        if (there < t || (there == t && !at)) {
+            low = high - far + 1;
+            break;
+        }
+        high -= far;
+    }
     while (low < high) {
         const int64_t half = (low + high) / 2;
-        const double there = times[half % HISTORY][lane];
+        const double there = times[in_ring(half)][lane];
         if (there < t || (there == t && !at))
             low = half + 1;
         else
@@ -62,26 +71,31 @@ double quartic_at(const struct Quartic *q, double share)
 
 double share_of_piece(const struct Pieces *p, int64_t n, double t)
 {
-    const double length = p->ring->length[n % HISTORY][p->lane];
+    const double length = p->ring->length[in_ring(n)][p->lane];
     return length > 0 ? 1 - (piece_end(p, n) - t) / length : 1;
+}
+
+static double at_share(const struct Pieces *p, int64_t n, int channel, double share)
+{
+    const struct Quartic q = quartic_through(piece_nodes(p, n, channel), p->lane);
+    return quartic_at(&q, share);
 }
 
 static double in_piece(const struct Pieces *p, int64_t n, int channel, double t)
 {
-    const struct Quartic q = quartic_through(piece_nodes(p, n, channel), p->lane);
-    return quartic_at(&q, share_of_piece(p, n, t));
+    return at_share(p, n, channel, share_of_piece(p, n, t));
 }
 
 int gap_before(const struct Pieces *p, int64_t n)
 {
     const double start = piece_start(p, n), rounding = 1e-14 * fabs(start);
-    return p->period > 0 && n > ring_first(p->ring, p->lane) &&
-           start - piece_end(p, n - 1) > 1e-9 * p->period + rounding;
+    return p->period > 0 && start - piece_end(p, n - 1) > 1e-9 * p->period + rounding &&
+           n > ring_first(p->ring, p->lane);
 }
 
 int drifts_before(const struct Pieces *p, int64_t n)
 {
-    return p->ring->drift[n % HISTORY][p->lane] > 0 && gap_before(p, n);
+    return p->ring->drift[in_ring(n)][p->lane] > 0 && gap_before(p, n);
 }
 
 static double cycles_back(const struct Pieces *p, double t, int64_t last)
@@ -153,8 +167,9 @@ void ring_values(const struct Pieces *p, double t, double *value)
 {
     double until;
     const struct Place place = place_of(p, t, &until);
+    const double share = share_of_piece(p, place.piece, place.t);
     for (int k = 0; k < p->channels; ++k)
-        value[k] = value_at(p, k, &place);
+        value[k] = place.other < 0 ? at_share(p, place.piece, k, share) : value_at(p, k, &place);
 }
 
 double ring_value_between(const struct Pieces *p, int channel, double t, int64_t last, int64_t next)
@@ -235,10 +250,10 @@ void move_piece(struct Reel *reel, int64_t to, int64_t from)
 {
     const int lane = reel->pieces.lane, rows = reel->pieces.channels * NODES;
     struct Ring *const ring = reel->ring;
-    copy_lane(reel->value + to % HISTORY * rows, (const lanes *)(reel->value + from % HISTORY * rows), rows, lane);
-    ring->length[to % HISTORY][lane] = ring->length[from % HISTORY][lane];
-    ring->end[to % HISTORY][lane] = ring->end[from % HISTORY][lane];
-    ring->drift[to % HISTORY][lane] = ring->drift[from % HISTORY][lane];
+    copy_lane(reel->value + in_ring(to) * rows, (const lanes *)(reel->value + in_ring(from) * rows), rows, lane);
+    ring->length[in_ring(to)][lane] = ring->length[in_ring(from)][lane];
+    ring->end[in_ring(to)][lane] = ring->end[in_ring(from)][lane];
+    ring->drift[in_ring(to)][lane] = ring->drift[in_ring(from)][lane];
 }
 
 void ring_append(struct Reel *reel, double start, double end, double value[][3])
@@ -246,11 +261,11 @@ void ring_append(struct Reel *reel, double start, double end, double value[][3])
     const int lane = reel->pieces.lane;
     make_room(reel);
     const int64_t n = ring_count(reel->ring, lane);
-    reel->ring->end[n % HISTORY][lane] = end;
-    reel->ring->length[n % HISTORY][lane] = larger(end - start, 0);
-    reel->ring->drift[n % HISTORY][lane] = 0;
+    reel->ring->end[in_ring(n)][lane] = end;
+    reel->ring->length[in_ring(n)][lane] = larger(end - start, 0);
+    reel->ring->drift[in_ring(n)][lane] = 0;
     for (int k = 0; k < reel->pieces.channels; ++k) {
-        lanes *const node = reel->value + (n % HISTORY * reel->pieces.channels + k) * NODES;
+        lanes *const node = reel->value + (in_ring(n) * reel->pieces.channels + k) * NODES;
         for (int m = 0; m < NODES; ++m)
             node[m][lane] = m % 2 ? parabola(0.25 * m, value[k][0], value[k][1], value[k][2]) : value[k][m / 2];
     }
@@ -271,10 +286,10 @@ void ring_cut(struct Reel *reel, double t)
             for (int m = 0; m < NODES; ++m)
                 u[m] = in_piece(p, n, k, piece_start(p, n) + 0.25 * m * (t - piece_start(p, n)));
             for (int m = 0; m < NODES; ++m)
-                reel->value[(n % HISTORY * p->channels + k) * NODES + m][lane] = u[m];
+                reel->value[(in_ring(n) * p->channels + k) * NODES + m][lane] = u[m];
         }
-        reel->ring->length[n % HISTORY][lane] = t - piece_start(p, n);
-        reel->ring->end[n % HISTORY][lane] = t;
+        reel->ring->length[in_ring(n)][lane] = t - piece_start(p, n);
+        reel->ring->end[in_ring(n)][lane] = t;
     }
     reel->ring->first[lane] = smaller(reel->ring->first[lane], reel->ring->count[lane]);
     reel->ring->settled[lane] = smaller(reel->ring->settled[lane], reel->ring->count[lane]);
