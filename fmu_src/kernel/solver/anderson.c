@@ -212,7 +212,7 @@ void begin_pass(const struct Configuration *w, const lanes h, const struct Point
                 p->begun[k][i] = force_of(middle, end, k)[0][i];
         return;
     }
-    struct Point at_middle = *middle, at_end = *end;
+    lanes come_back[PASSED_FORCES]; /* of the pass that stands, which a point out of contact may keep */
     for (int i = 0; i < LANES; ++i) {
         double from[PASSED_FORCES], missed[PASSED_FORCES];
         for (int k = 0; k < PASSED_FORCES; ++k) {
@@ -222,13 +222,12 @@ void begin_pass(const struct Configuration *w, const lanes h, const struct Point
         mix(p, i, from, missed);
         for (int k = 0; k < PASSED_FORCES; ++k) {
             p->begun[k][i] = from[k] + p->share[i] * missed[k];
-            force_of(&at_middle, &at_end, k)[0][i] = p->begun[k][i];
+            come_back[k][i] = force_of(middle, end, k)[0][i];
+            force_of(middle, end, k)[0][i] = p->begun[k][i];
         }
     }
-    move_states(w, DRIVEN_BY_FORCE, h, start, &at_middle, &at_end);
-    for (int k = 0; k < EFFECT_STATES; ++k)
-        for (int i = 0; i < LANES; ++i) {
-            middle->state[k][i] = at_middle.state[k][i];
-            end->state[k][i] = at_end.state[k][i];
-        }
+    move_states(w, DRIVEN_BY_FORCE, h, start, middle, end);
+    for (int k = 0; k < PASSED_FORCES; ++k)
+        for (int i = 0; i < LANES; ++i)
+            force_of(middle, end, k)[0][i] = come_back[k][i];
 }

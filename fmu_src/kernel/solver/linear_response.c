@@ -8,6 +8,7 @@
 #include "../stages.h"
 
 #include <math.h>
+#include <string.h>
 
 static double first_order_after(double D, double u_0, double slope, double bend, double y)
 {
@@ -55,13 +56,13 @@ static void second_order_series(double turn, double zeta, const struct Oscillato
                                 double whole[2][2])
 {
     enum { TERMS = 11 }; /* (2 zeta turn)^11/11! of them is left out */
-    double drive[3][2], x[2], s[2], share = 1;
+    double drive[3][2], x[2], s[2], at_half[2][2], at_end[2][2], share = 1;
     for (int n = 0; n < 2; ++n) {
         drive[0][n] = o->start[n];
         drive[1][n] = 4 * o->middle[n] - 3 * o->start[n] - o->end[n];
         drive[2][n] = 2 * (o->start[n] - 2 * o->middle[n] + o->end[n]);
-        half[OF_PLACE][n] = whole[OF_PLACE][n] = x[n] = o->at[OF_PLACE][n];
-        half[OF_SPEED][n] = whole[OF_SPEED][n] = s[n] = o->at[OF_SPEED][n];
+        at_half[OF_PLACE][n] = at_end[OF_PLACE][n] = x[n] = o->at[OF_PLACE][n];
+        at_half[OF_SPEED][n] = at_end[OF_SPEED][n] = s[n] = o->at[OF_SPEED][n];
     }
     for (int k = 0; k < TERMS - 1; ++k) {
         const double part = turn / (k + 1);
@@ -70,12 +71,14 @@ static void second_order_series(double turn, double zeta, const struct Oscillato
             const double next = part * ((k < 3 ? drive[k][n] : 0) - x[n] - 2 * zeta * s[n]);
             x[n] = part * s[n];
             s[n] = next;
-            whole[OF_PLACE][n] += x[n];
-            whole[OF_SPEED][n] += s[n];
-            half[OF_PLACE][n] += share * x[n];
-            half[OF_SPEED][n] += share * s[n];
+            at_end[OF_PLACE][n] += x[n];
+            at_end[OF_SPEED][n] += s[n];
+            at_half[OF_PLACE][n] += share * x[n];
+            at_half[OF_SPEED][n] += share * s[n];
         }
     }
+    memcpy(half, at_half, sizeof at_half);
+    memcpy(whole, at_end, sizeof at_end);
 }
 
 /* In units of 1/w: x'' + 2 zeta x' + x = c_0 + c_1 s + c_2 s^2, solved by a parabola and a free oscillation. */

@@ -155,7 +155,6 @@ static INLINED void pass(const struct Contact *contact, const struct Configurati
         return;
     close_point(contact, w, 1, middle);
     close_point(contact, w, 1, end);
-    move_states(w, DRIVEN_BY_FORCE, h, start, middle, end);
 }
 
 /* z after t at the rate that is linearised at the start, which out of contact has no dz of its own. Where the level
@@ -209,6 +208,7 @@ static double first_gain(const struct Feedback *known, double h, int i)
 
 /* Passes in which none has come closer by a tenth than one before: it goes round, as where the slip jumps. */
 #define ROUNDABOUT 6
+#define MOST_PASSES 30
 
 /* Where forces move the path or the rates depend on z: the pass is repeated until neither moves, or comes no closer to
  * that. A lane that is done keeps its bits, whatever the others still do; `difference` is infinite where it has not
@@ -218,14 +218,14 @@ static void settle(const struct Contact *contact, const struct Configuration *w,
                    lanes difference)
 {
     int settled[LANES] = {0}, done[LANES] = {0}, nearest[LANES] = {0}, all = 0, some = 0;
-    lanes last, least, kept_difference;
+    lanes last, least, kept_difference = {0};
     struct Point kept[2]; /* of lanes that are done while others go on */
     struct Passes passes;
     if (w->feedback)
         begin_passes(w, h, start, known, middle, end, &passes);
     EACH_LANE
         last[i] = least[i] = INFINITY;
-    for (int n = 0; n < 30 && !all; ++n) {
+    for (int n = 0; n < MOST_PASSES && !all; ++n) {
         struct PassBefore before;
         note_before(w, end, &before);
         if (some) {
@@ -245,6 +245,7 @@ static void settle(const struct Contact *contact, const struct Configuration *w,
                 will_do[i] = enough(w, end, i);
             note_pass(will_do, middle, end, &passes);
         }
+        int finished = n == MOST_PASSES - 1;
         all = 1;
         for (int i = 0; i < LANES; ++i) {
             if (done[i]) {
@@ -267,7 +268,11 @@ static void settle(const struct Contact *contact, const struct Configuration *w,
                 note_feedback(&passes, h[i], i, known);
             all &= done[i];
             some |= done[i];
+            finished |= done[i];
         }
+        /* other states the next pass begins with are of forces that are mixed */
+        if (w->feedback && (finished || !passes.mixes))
+            move_states(w, DRIVEN_BY_FORCE, h, start, middle, end);
     }
     for (int i = 0; i < LANES; ++i) {
         const int shows = w->feedback || w->bends || w->yields || follows_slip(w, i);
