@@ -39,23 +39,30 @@ static int states_that_come_back(const struct Effect *effect)
     return effect->periods && !effect->forgets ? 0 : effect->states;
 }
 
+/* Which effect, by its place among those that are on, has the n-th unknown, and as the how many-th of its states? -1:
+ * none has it. */
+static int owner_of(const struct Configuration *w, int n, int *state)
+{
+    *state = n - 1;
+    for (int k = 0; n > 0 && k < w->on_count; *state -= states_that_come_back(w->on[k++]))
+        if (*state < states_that_come_back(w->on[k]))
+            return k;
+    return -1;
+}
+
 /* Does an unknown go on from cycle to cycle, so that a far one is no large one? */
 static int is_position(const struct Configuration *w, int n)
 {
-    for (int k = 0, left = n - 1; n > 0 && k < w->on_count; left -= states_that_come_back(w->on[k++]))
-        if (left < states_that_come_back(w->on[k]))
-            return w->on[k]->periods != NULL;
-    return 0;
+    int state;
+    const int owner = owner_of(w, n, &state);
+    return owner >= 0 && w->on[owner]->periods != NULL;
 }
 
 int unknown_index(const struct Configuration *w, int n)
 {
-    if (n == 0)
-        return VAR_BRISTLE_DEFLECTION;
-    for (int k = 0, left = n - 1; k < w->on_count; left -= states_that_come_back(w->on[k++]))
-        if (left < states_that_come_back(w->on[k]))
-            return w->on_value[k] + left;
-    return -1;
+    int state;
+    const int owner = owner_of(w, n, &state);
+    return n == 0 ? VAR_BRISTLE_DEFLECTION : owner >= 0 ? w->on_value[owner] + state : -1;
 }
 
 /* A deflection that comes back to a hundredth of a tolerance may leave forces that do not, where damping answers it by
@@ -284,6 +291,32 @@ static void begin_anew(struct Search *x, int count, lanes *from, int i)
         from[n][i] = 0;
 }
 
+/* Slopes by differences, of the lanes that `renew` them, by the unknowns that are `sought`: one cycle more for each.
+ * `to` is what the cycle from `from` comes to, `trial` the contact then. */
+static enum Status difference_slopes(struct Contact *contact, const struct Configuration *w, int used,
+                                     const int *sought, const int *renew, const struct Contact *trial,
+                                     const lanes *from, const lanes *to, struct Search *search)
+{
+    for (int c = 0; c < used; ++c) {
+        lanes beside[UNKNOWNS], other[UNKNOWNS], step;
+        if (sought && !sought[c])
+            continue;
+        memcpy(beside, from, sizeof beside);
+        EACH_LANE {
+            step[i] = 1e-2 * scale_of(trial, unknown_index(w, c), i);
+            beside[c][i] += step[i];
+        }
+        struct Contact second;
+        const enum Status status = cycle(contact, w, used, (const lanes *)beside, other, &second);
+        if (status != STATUS_OK)
+            return status;
+        for (int i = 0; i < LANES; ++i)
+            for (int n = 0; n < used && renew[i]; ++n)
+                search[i].slope[n][c] = (other[n][i] - to[n][i]) / step[i];
+    }
+    return STATUS_OK;
+}
+
 static enum Status find_states(struct Contact *contact, const struct Configuration *w)
 {
     const int count = 1 + kernel_state_count() - BASE_STATES;
@@ -327,23 +360,11 @@ static enum Status find_states(struct Contact *contact, const struct Configurati
             x->steps += (1 + renew[i] * (tries == 0 ? to_seek : used)) *
                         (trial.value[VAR_STEP_COUNT][i] - contact->value[VAR_STEP_COUNT][i]);
         }
-        for (int c = 0; c < used && any; ++c) {
-            lanes beside[UNKNOWNS], other[UNKNOWNS], step;
-            if (tries == 0 && !sought[c])
-                continue;
-            memcpy(beside, from, sizeof beside);
-            EACH_LANE {
-                step[i] = 1e-2 * scale_of(&trial, unknown_index(w, c), i);
-                beside[c][i] += step[i];
-            }
-            struct Contact second;
-            status = cycle(contact, w, used, (const lanes *)beside, other, &second);
-            if (status != STATUS_OK)
-                return status;
-            for (int i = 0; i < LANES; ++i)
-                for (int n = 0; n < used && renew[i]; ++n)
-                    search[i].slope[n][c] = (other[n][i] - to[n][i]) / step[i];
-        }
+        if (any)
+            status = difference_slopes(contact, w, used, tries == 0 ? sought : NULL, renew, &trial, (const lanes *)from,
+                                       (const lanes *)to, search);
+        if (status != STATUS_OK)
+            return status;
         converged = 1;
         for (int i = 0; i < LANES; ++i) {
             struct Search *x = &search[i];
