@@ -10,7 +10,7 @@
 
 #include <math.h>
 
-#define JUST 1e-7 /* [rad]: more than roundings of an angle */
+#define LEAST_ANGLE 1e-7 /* [rad]: more than roundings of an angle */
 #define NO_DEPTH 1e-9 /* [m]: some atoms */
 #define NO_ADVANCE 1e-12 /* of a cycle, in amplitudes */
 
@@ -53,7 +53,7 @@ static double surface_at(const struct Flank *f, double begun, double place)
 /* How deep the face stands in the surface at a place behind the tip, where the tip itself has just passed. */
 static double depth_behind(const struct Flank *f, double place)
 {
-    return surface_at(f, f->psi + JUST, place) + f->slope * place - f->level;
+    return surface_at(f, f->psi + LEAST_ANGLE, place) + f->slope * place - f->level;
 }
 
 /* How deep the tip that moves back stands below what it had left until it turned. */

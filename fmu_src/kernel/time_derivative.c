@@ -11,8 +11,9 @@
 
 #include <math.h>
 
-#define SHARE 6e-6 /* of the time in which anything changes, that a difference takes: the third root of rounding */
-#define LONGEST 1e-3 /* [s] where nothing moves by itself */
+#define DIFFERENCE_SHARE                                                                                               \
+    6e-6 /* of the time in which anything changes, that a difference takes: the third root of rounding */
+#define LONGEST_SCALE 1e-3 /* [s] where nothing moves by itself */
 
 /* A state that moves, and its rate. */
 struct Moving {
@@ -59,7 +60,7 @@ static double nominal_of(const struct Variable *variable) { return variable->nom
  * a hundredth of it. */
 static double time_scale(const struct Line *line, const struct Configuration *w)
 {
-    double scale = smaller(LONGEST, w->longest[0]);
+    double scale = smaller(LONGEST_SCALE, w->longest[0]);
     for (int k = INPUT_FIRST; k < INPUT_END; ++k) {
         const double slope = fabs(line->contact->slope[k - INPUT_FIRST][0]),
                      value = larger(fabs(line->contact->value[k][0]), 1e-2 * nominal_of(&base_variables[k]));
@@ -126,7 +127,7 @@ static enum Status of_a_point(const struct Contact *contact, struct Contact *roo
         point_at(room, &w, here, &x);
     show_outputs(room, &w, &x, 1);
     find_line(&line, room, &w);
-    const double h = SHARE * time_scale(&line, &w);
+    const double h = DIFFERENCE_SHARE * time_scale(&line, &w);
     enum Sides sides = leaves_bounds(contact, -h) ? AHEAD : leaves_bounds(contact, h) ? BEHIND : BOTH;
     double first[DERIVATIVES_AT_ONCE];
     for (int n = 0; n < 3; ++n) {

@@ -18,7 +18,7 @@
 #define CYCLES_ALIKE 32 /* for so many the steps keep their places; */
 #define CYCLES_ANEW 2   /* then they are chosen anew, longer where they may be, and the last of these is kept */
 #define JUST_PAST 0.25  /* of the width to which an event is known: aimed at behind it, it lies within the step */
-#define FAR 1e-3        /* of a step: wider than an event is known at any tolerance */
+#define WIDEST_EVENT 1e-3        /* of a step: wider than an event is known at any tolerance */
 
 static double period_of(const struct Configuration *w, int lane) { return 1 / w->p[VAR_VIBRATION_FREQUENCY][lane]; }
 
@@ -76,7 +76,7 @@ static void expect_breakpoint(struct Contact *contact, const struct Configuratio
 void note_breakpoint(struct Contact *contact, const struct Configuration *w, int lane, double t, double h,
                      enum Ended ended)
 {
-    if (ended == ENDED_ELSEWHERE && contact->breakpoint_due[lane] - t > FAR * w->longest[lane])
+    if (ended == ENDED_ELSEWHERE && contact->breakpoint_due[lane] - t > WIDEST_EVENT * w->longest[lane])
         return;
     int64_t count = whole_count(contact->breakpoint_count[lane]);
     if (ended != ENDED_ELSEWHERE) {

@@ -12,7 +12,7 @@
 #include <string.h>
 
 enum { MOST_CYCLES = 8, MOST_TO_SETTLE = 64 }; /* of one step; where states that a separation resets still drift */
-#define LITTLE 3e-3 /* of a bristle's reach: a departure for which what an earlier step has found will do */
+#define SMALL_DEPARTURE 3e-3 /* of a bristle's reach: a departure for which what an earlier step has found will do */
 
 /* Of states that a separation resets: how far from where they were, as shares of what they are. */
 static double drift_of(const struct Contact *contact, const struct Configuration *w, const lanes *from, int i)
@@ -101,7 +101,7 @@ static int goes_on_alike(struct Contact *contact, const struct Configuration *w,
     if (w->law->event)
         return 0;
     if (seen->cycles[i] < 2) {
-        const int known = departure <= LITTLE * reach && contact->served[i] < (double)MOST_SERVED;
+        const int known = departure <= SMALL_DEPARTURE * reach && contact->served[i] < (double)MOST_SERVED;
         if (known)
             foretell(contact, seen, i);
         return known;

@@ -185,7 +185,7 @@ void settle_sensors(struct Contact *contact, double period, const lanes *force)
 }
 
 #define ANY_TIME 1.0 /* [s], after which what has settled is as it was */
-#define LONG 1e6     /* [s], after which all has settled that does at the speed of the start */
+#define SETTLING_TIME 1e6     /* [s], after which all has settled that does at the speed of the start */
 
 enum Status settle_states(struct Contact *contact)
 {
@@ -195,7 +195,7 @@ enum Status settle_states(struct Contact *contact)
     struct Point x;
     point_at(contact, &w, now, &x);
     EACH_LANE
-        length[i] = LONG;
+        length[i] = SETTLING_TIME;
     for (int n = 0; n < w.on_count; ++n) {
         lanes *const state = x.state + w.on_state[n];
         if (!w.on[n]->settles)

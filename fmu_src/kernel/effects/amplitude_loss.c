@@ -23,13 +23,13 @@ static const struct Variable variables[COUNT] = {
 };
 /* clang-format on */
 
-#define LEAST 0.01 /* of the amplitudes is left under any load */
+#define LEAST_SHARE 0.01 /* of the amplitudes is left under any load */
 
 static void shrink(const lanes *p, const lanes *state, struct Point *x)
 {
     EACH_LANE {
-        const double linear = 1 - p[KAPPA][i] * state[0][i] / p[F_REF][i], left = larger(linear, LEAST);
-        mark_side(x, i, linear < LEAST);
+        const double linear = 1 - p[KAPPA][i] * state[0][i] / p[F_REF][i], left = larger(linear, LEAST_SHARE);
+        mark_side(x, i, linear < LEAST_SHARE);
         x->a[i] *= left;
         x->b[i] *= left;
     }

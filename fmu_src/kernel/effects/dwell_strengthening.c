@@ -57,13 +57,13 @@ static double followed(double age, const struct Rates *r, double M, double D, do
     return age + (q_0 - age) * I[0] + slope * I[1] + bend * I[2];
 }
 
-#define MANY 0.5      /* renewals: below, 1/r may be anything and the time counts */
-#define LIKE 4        /* rates of a step whose 1/r is near a parabola */
+#define LEAST_RENEWALS 0.5 /* below, 1/r may be anything and the time counts */
+#define MOST_RATE_RATIO 4  /* rates of a step whose 1/r is near a parabola */
 
 static int follows(const struct Rates *r, double D)
 {
     const double low = smaller(smaller(r->r_0, r->r_m), r->r_1), high = larger(larger(r->r_0, r->r_m), r->r_1);
-    return D >= MANY && high < LIKE * low;
+    return D >= LEAST_RENEWALS && high < MOST_RATE_RATIO * low;
 }
 
 static void move(const lanes *p, const lanes h, const struct Point *a, const struct Point *m, const struct Point *b,

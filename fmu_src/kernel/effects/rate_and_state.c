@@ -35,7 +35,7 @@ static const struct Variable variables[COUNT] = {
 /* clang-format on */
 
 /* A contact does not lose more than this of its friction, whatever the parameters. */
-#define LEAST 0.01
+#define LEAST_SHARE 0.01
 
 static double logarithm(const lanes *p, const struct Point *x, int i) { return log1p(x->speed[i] / p[V_0][i]); }
 static double renewal(const lanes *p, const struct Point *x, int i) { return x->cutting[i] * x->speed[i] / p[D_C][i]; }
@@ -43,8 +43,8 @@ static double renewal(const lanes *p, const struct Point *x, int i) { return x->
 static void follow_speed(const lanes *p, const lanes *state, struct Point *x)
 {
     EACH_LANE {
-        const double told = 1 + p[A][i] * logarithm(p, x, i) - p[B][i] * state[0][i], share = larger(told, LEAST);
-        mark_side(x, i, told < LEAST);
+        const double told = 1 + p[A][i] * logarithm(p, x, i) - p[B][i] * state[0][i], share = larger(told, LEAST_SHARE);
+        mark_side(x, i, told < LEAST_SHARE);
         x->F_C[i] *= share;
         x->F_S[i] *= share;
     }

@@ -29,7 +29,7 @@ static const struct Variable variables[COUNT] = {
 };
 /* clang-format on */
 
-#define ENOUGH 1e-15 /* of the limit */
+#define LEAST_EXCESS 1e-15 /* of the limit */
 #define NO_BOUND 1e30 /* of the shear load: a severity of 0 or next to it */
 
 /* Largest friction force over the shear load, along the chip's flow (side 1) or against it (-1): the root of
@@ -46,7 +46,7 @@ static double most(const lanes *p, const struct Configuration *w, int i, double 
             return smaller(X, slides); /* it slides over the whole length: closed form */
         const double slid = pow(q, -1 / n); /* share of the length; 0 where n is 0 */
         const double excess = X - length * (1 - n / (n + 1) * slid), rise = 1 - side * slope * mu * slid / q;
-        if (!(excess > ENOUGH * X))
+        if (!(excess > LEAST_EXCESS * X))
             return X;
         X -= excess / rise;
     }

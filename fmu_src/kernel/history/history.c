@@ -2,15 +2,15 @@
  * writes them, thinning.c makes room.
  *
  * As the steps have it, a parabola each, as long as there is room; then to about a tolerance of the largest force that
- * is kept, or of the largest thickness of the chip (ALLOWED times the factors in thinning.c). A past for which there is
- * no room even then is refused.
+ * is kept, or of the largest thickness of the chip (ALLOWED_SHARE times the factors in thinning.c). A past for which
+ * there is no room even then is refused.
  */
 #include "ring.h"
 #include "../solver/root.h"
 
 #include <math.h>
 
-#define ALLOWED 0.2 /* of relative_tolerance */
+#define ALLOWED_SHARE 0.2 /* of relative_tolerance */
 
 /* Cycles that may be like one another are those of a resolved vibration. */
 static double period_of_cycles(const struct Contact *contact, const struct Configuration *w, int lane)
@@ -57,7 +57,7 @@ static void allow(struct Contact *contact, struct Reel *reel)
         for (int64_t n = first; n < count; ++n)
             for (int m = 0; m < NODES; ++m)
                 largest = larger(largest, fabs(piece_nodes(p, n, k)[m][p->lane]));
-        reel->allowed[k] = ALLOWED * contact->value[VAR_RELATIVE_TOLERANCE][p->lane] * largest;
+        reel->allowed[k] = ALLOWED_SHARE * contact->value[VAR_RELATIVE_TOLERANCE][p->lane] * largest;
     }
 }
 
@@ -187,7 +187,7 @@ static void leave(struct Contact *contact, const struct Configuration *w, int la
                         &contact->surface,
                         contact->surface_height[0],
                         x->t[lane] - meeting_time(w, lane),
-                        {ALLOWED * w->p[VAR_RELATIVE_TOLERANCE][lane] * thickest}};
+                        {ALLOWED_SHARE * w->p[VAR_RELATIVE_TOLERANCE][lane] * thickest}};
     contact->surface_thickest[lane] = thickest;
     ring_append(&reel, start, end, height);
 }

@@ -12,10 +12,11 @@
 
 #include <math.h>
 
-#define AGAIN 0.01 /* of what is allowed: so little that it may be lost many times */
+#define RETHINNING_SHARE 0.01 /* of what is allowed: so little that it may be lost many times */
 #define BESIDE 0.2 /* how far what repeats may lie beside, in cycles, of what may differ */
-#define BETWEEN 5 /* times as much where a step is only known by its parabola */
-#define SHORT 0.02 /* of a cycle: what is shorter may differ by more, so that its mean over that time does not, */
+#define PARABOLA_FACTOR 5 /* times as much where a step is only known by its parabola */
+/* Of a cycle: what is shorter may differ by more, so that its mean over that time does not. */
+#define SHORT_TIME 0.02
 #define MOST_MORE 50 /* by so many times at most */
 #define JUMP_SHARE 0.05 /* of what is allowed: less is no jump */
 
@@ -138,7 +139,7 @@ static int one_serves(const struct Reel *reel, int64_t from, int64_t to, double 
             const double begin = piece_start(p, n), own = piece_end(p, n) - begin;
             for (int m = 1; m < NODES; m += 2)
                 if (!(fabs(quartic_at(&joined, (begin + 0.25 * m * own - start) / length) -
-                           piece_nodes(p, n, k)[m][i]) <= BETWEEN * share * reel->allowed[k]))
+                           piece_nodes(p, n, k)[m][i]) <= PARABOLA_FACTOR * share * reel->allowed[k]))
                     return 0;
         }
     }
@@ -220,7 +221,7 @@ static int was_there(const struct Pieces *p, int channel, double t, double besid
 
 double more_where_short(const struct Pieces *p, double length)
 {
-    return smaller(larger(SHORT * p->period / length, 1), MOST_MORE);
+    return smaller(larger(SHORT_TIME * p->period / length, 1), MOST_MORE);
 }
 
 /* Is piece n, as far as it is known, like what is kept of cycles before? A short one need not be as much. */
@@ -315,7 +316,7 @@ void make_room(struct Reel *reel)
         return;
     drop_old(reel);
     if (HISTORY - pieces_kept(reel) < ROOM && !(reel->pieces.period > 0))
-        thin(reel, untried(reel, reel->ring->joined), AGAIN);
+        thin(reel, untried(reel, reel->ring->joined), RETHINNING_SHARE);
     const int64_t first = ring_first(reel->ring, lane), from = untried(reel, reel->ring->settled);
     if (HISTORY - pieces_kept(reel) < ROOM) {
         thin(reel, from, 1);
@@ -323,7 +324,7 @@ void make_room(struct Reel *reel)
     }
     const int64_t before = pieces_kept(reel);
     if (HISTORY - before < ROOM) { /* first what goes on for many cycles: across a gap nothing can be joined */
-        thin(reel, first, AGAIN);
+        thin(reel, first, RETHINNING_SHARE);
         reel->ring->settled[lane] = reel->ring->joined[lane];
     }
     if (HISTORY - pieces_kept(reel) < ROOM && reel->pieces.period > 0)

@@ -19,7 +19,7 @@
 #include <math.h>
 
 #define ASTRAY 2 /* times what the pass before has missed */
-#define SAME 1e-20 /* share of a square: roundings */
+#define LEAST_SHARE 1e-20 /* share of a square: roundings */
 
 static lanes *force_of(struct Point *middle, struct Point *end, int k)
 {
@@ -189,7 +189,7 @@ static void mix(const struct Passes *p, int i, double from[PASSED_FORCES], doubl
         }
         const double square = product(by_missed[m], by_missed[m], i);
         double weight = 0;
-        if (!(square > SAME * whole)) { /* no direction of its own */
+        if (!(square > LEAST_SHARE * whole)) { /* no direction of its own */
             for (int k = 0; k < PASSED_FORCES; ++k)
                 by_missed[m][k][i] = 0;
             continue;

@@ -88,7 +88,7 @@ int shows_slip_event(const struct Contact *contact, const struct Configuration *
 
 /* Where in a step an indicator that starts, is and ends on its side comes nearest to 0, as the parabola says, if that
  * is near: as a share of the step; 0: nowhere. */
-#define NEAR 0.5 /* of the least that the three points show */
+#define NEAR_SHARE 0.5 /* of the least that the three points show */
 
 static double dip(double u_0, double u_m, double u_1)
 {
@@ -96,7 +96,7 @@ static double dip(double u_0, double u_m, double u_1)
     if (!(bend > 0 && slope < 0 && slope + 2 * bend > 0))
         return 0;
     const double share = -slope / (2 * bend), least = smaller(smaller(u_0, u_m), u_1);
-    return u_0 + 0.5 * slope * share < NEAR * least ? share : 0;
+    return u_0 + 0.5 * slope * share < NEAR_SHARE * least ? share : 0;
 }
 
 static double field_dip(double side, const lanes a, const lanes m, const lanes b, int i)

@@ -11,7 +11,7 @@
 
 #include <math.h>
 
-#define FEW 0.25 /* below, by_parts would cancel */
+#define SERIES_LIMIT 0.25 /* below, by_parts would cancel */
 
 /* k! D^(k+1) phi_(k+1)(-D). */
 static inline void by_parts(double D, double I[3])
@@ -36,17 +36,17 @@ static inline void by_series(double D, double I[3])
 
 void moments(double D, double I[3])
 {
-    if (D > FEW)
+    if (D > SERIES_LIMIT)
         by_parts(D, I);
     else
         by_series(D, I);
 }
 
-/* moments() of one lane in two halves: what holds below FEW, and above it in its place. */
+/* moments() of one lane in two halves: what holds below SERIES_LIMIT, and above it in its place. */
 static inline void small_moments(lanes I[3], int i, double D)
 {
     double part[3];
-    by_series(D > FEW ? FEW : D, part);
+    by_series(D > SERIES_LIMIT ? SERIES_LIMIT : D, part);
     for (int k = 0; k < 3; ++k)
         I[k][i] = part[k];
 }
@@ -56,7 +56,7 @@ static inline void large_moments(lanes I[3], int i, double D)
     double part[3];
     by_parts(D, part);
     for (int k = 0; k < 3; ++k)
-        I[k][i] = D > FEW ? part[k] : I[k][i];
+        I[k][i] = D > SERIES_LIMIT ? part[k] : I[k][i];
 }
 
 /* Is z surely within it? A product, which is cheaper, and right but for roundings. */
@@ -139,7 +139,7 @@ static void relax_bristles(int clip, const lanes h, const struct Point *start, c
         path_of(h[i], start->rate[i], middle->rate[i], end->rate[i], &M[i], &D[i]);
         small_moments(to_M, i, M[i]);
         small_moments(to_D, i, D[i]);
-        large |= D[i] > FEW;
+        large |= D[i] > SERIES_LIMIT;
     }
     if (large) /* the exponential only where a lane needs it */
         EACH_LANE {

@@ -37,7 +37,7 @@ void first_order_response(double h, double T, double u_0, double u_m, double u_1
 }
 
 /* Below, Simpson's rule over the true middle is right to rounding, and this would cancel. */
-#define SHORT 1e-2
+#define SHORT_STEP 1e-2
 
 /* Simpson's rule over start, this middle and end gives the mean. */
 static double middle_of(double mean, double start, double end) { return 0.25 * (6 * mean - start - end); }
@@ -46,7 +46,7 @@ void first_order_response_in_mean(double h, double T, double u_0, double u_m, do
                                   double *whole)
 {
     first_order_response(h, T, u_0, u_m, u_1, y, half, whole);
-    if (T >= NO_TIME && h > SHORT * T)
+    if (T >= NO_TIME && h > SHORT_STEP * T)
         *half = middle_of((u_0 + 4 * u_m + u_1) / 6 - T * (*whole - y) / h, y, *whole);
 }
 
@@ -140,7 +140,7 @@ void second_order_responses_in_mean(double h, double w, double zeta, const struc
 {
     const double turn = w * h;
     second_order_responses(h, w, zeta, o, half, whole);
-    for (int n = 0; turn > SHORT && n < 2; ++n) {
+    for (int n = 0; turn > SHORT_STEP && n < 2; ++n) {
         const double moved = whole[OF_PLACE][n] - o->at[OF_PLACE][n],
                      sped = (whole[OF_SPEED][n] - o->at[OF_SPEED][n]) / w,
                      mean = (o->start[n] + 4 * o->middle[n] + o->end[n]) / 6 - (2 * zeta * moved + sped) / turn;

@@ -10,13 +10,13 @@
  *     c min(1, D) (x^3 (1 + c/T) min(1 + D, 3)/50 + dv^3/(v V^2) G/T/10),
  *
  * and the force between the ends by what Simpson's rule leaves of an exponential, G D^4/2880, too. The fractions bound
- * what halving has found over 64 000 steps of random contacts; ENOUGH keeps a distance from them.
+ * what halving has found over 64 000 steps of random contacts; SAFETY_SHARE keeps a distance from them.
  */
 #include "../stages.h"
 
 #include <math.h>
 
-#define ENOUGH 0.7
+#define SAFETY_SHARE 0.7
 
 /* Is the slip straight, and does nothing but the law's own curve bend the rate? */
 static int goes_by_speed(const struct Configuration *w)
@@ -59,7 +59,7 @@ void show_curve(const struct Configuration *w, const lanes h, const struct Point
                      force = larger(level_of(w, b, i), fabs(b->F[i]));
         /* the principal force follows friction by 1/(cos + sin) of the rake */
         const double passed_on = smaller(w->cos_rake[i] + w->sin_rake[i], 1),
-                     allowed = ENOUGH * 0.5 * w->p[VAR_RELATIVE_TOLERANCE][i];
+                     allowed = SAFETY_SHARE * 0.5 * w->p[VAR_RELATIVE_TOLERANCE][i];
         const double share = larger(of_end / (allowed * z), of_force / (allowed * force * passed_on));
         shown[i] = (smooth[i] != 0) & stands(a, m, i) & stands(m, b, i) & (V > 0) & (share <= 1);
         /* of fourth order and more */

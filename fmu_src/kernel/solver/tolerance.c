@@ -75,9 +75,9 @@ static double rise_of_level(const struct Point *a, const struct Point *m, const 
 }
 
 /* What swings under forces that it moves may be excited by them, and then magnifies what steps leave of its swing,
- * which is too small to be seen beside the forces. Where these bend by more than QUIET tolerances over its longest
+ * which is too small to be seen beside the forces. Where these bend by more than QUIET_BEND tolerances over its longest
  * step, that is as much shorter as the tolerance asks of a method of fourth order. */
-#define QUIET 0.1
+#define QUIET_BEND 0.1
 
 static double swings(const struct Configuration *w, int i, int feed, double h, const struct Point *a,
                      const struct Point *m, const struct Point *b)
@@ -92,7 +92,7 @@ static double swings(const struct Configuration *w, int i, int feed, double h, c
         if (w->on[n]->driver == DRIVEN_BY_FORCE && w->on[n]->longest_step)
             part = larger(part, h / w->on[n]->longest_step(w->on_p[n], i));
     const double finer = w->finer[i];
-    return bend > QUIET * tolerance * part * part ? part * part * part * finer * finer * finer : 0;
+    return bend > QUIET_BEND * tolerance * part * part ? part * part * part * finer * finer * finer : 0;
 }
 
 /* Where the badness itself is asked for. */
