@@ -23,6 +23,7 @@ from evat.gap.location import Location, locate
 from evat.gap.search.compare import Comparison, compare
 from evat.gap.search.portion import portion
 from evat.gap.set_up import notable, set_up_errors
+from evat.gap.tones import tones
 from evat.gap.verdict.constants import Constants, stored
 from evat.gap.verdict.credibility import doubts, shifted
 from evat.gap.verdict.features import features
@@ -262,6 +263,7 @@ def _missing(comparison: Comparison) -> tuple[str, ...]:
     notes += [f"{name}: {', '.join(inputs)} was not recorded" for name, inputs in comparison.unfed.items()]
     for name, share in comparison.forms.items():
         notes.append(f"{name}: no more than another form of the base law here, {share:.1%} of the force away from it")
+    notes += tones(comparison.prediction)
     for channel, comes in comparison.noise.irregular.items():
         if comes.share > CONSTANTS.notable_irregularity:
             notes.append(f"{channel}: {comes.share:.0%} of what repeats do not share is no noise but comes and goes by itself: {comes}")
