@@ -183,8 +183,8 @@ class Effect:
     It `applies_to` the kinematics named there, and to every kinematics in which an input named there is given; empty: to all. One that does
     not apply can be switched on all the same, and is no explanation of such a record: the work of a robot's joint has no run-out. One
     that is `unsteady` goes by the time or the way itself, so that means of steady states tell nothing of it; nor do they of one that
-    `keeps_mean`, a filter or a delay. One that is a `form_of_law` is what friction laws differ in among themselves, so that a little of it
-    is no effect.
+    `keeps_mean`, a filter or a delay. What one that is `irreversible` has changed stays so from recording to recording. One that is a
+    `form_of_law` is what friction laws differ in among themselves, so that a little of it is no effect.
     """
 
     name: str
@@ -200,6 +200,7 @@ class Effect:
     applies_to: tuple[str, ...] = ()
     family: str = ""
     unsteady: bool = False
+    irreversible: bool = False
     keeps_mean: bool = False
     form_of_law: bool = False
 

@@ -510,6 +510,7 @@ struct Effect {
     const char *applies_to; /* the kinematics in which it happens, comma-separated, and inputs whoever gives which has
                                it in every kinematics; NULL: it may happen anywhere */
     int unsteady; /* it goes by the time or the way itself: no mean under it is one of a steady state */
+    int irreversible; /* what it has changed stays so: the next recording of a specimen begins where this one ends */
     int keeps_mean; /* a filter or a delay, which a mean over a steady state passes as it is */
     int form_of_law; /* friction laws differ in it among themselves, so a little of it is no effect */
     enum Stage stage;

@@ -126,7 +126,7 @@ static uint64_t hash_tables(uint64_t hash)
         hash = hash_text(hash_text(hash_text(hash, e->equation), e->signature), e->rivals);
         hash = hash_text(hash_text(hash_text(hash, e->needs), e->applies_to), e->family);
         hash = hash_text(hash_text(hash, e->unsteady ? "unsteady" : NULL), e->form_of_law ? "form of law" : NULL);
-        hash = hash_text(hash, e->keeps_mean ? "keeps mean" : NULL);
+        hash = hash_text(hash_text(hash, e->keeps_mean ? "keeps mean" : NULL), e->irreversible ? "irreversible" : NULL);
     }
     return hash;
 }

@@ -223,3 +223,11 @@ def test_rivals_together_are_refused() -> None:
         one, other = pair
         with pytest.raises(SimulationError, match=rf"rivals of each other: .* \(({one} and {other}|{other} and {one})\)"):
             Contact({}, pair).start()
+
+
+def test_what_is_irreversible_grows_with_the_way() -> None:
+    """Wear, and nothing that a turn of the spindle or a warm-up brings back."""
+    assert {each.name for each in EFFECTS.values() if each.irreversible} == {
+        each.name for each in EFFECTS.values() if each.family == "wear"
+    }
+    assert all(each.unsteady for each in EFFECTS.values() if each.irreversible)

@@ -159,3 +159,16 @@ def test_a_long_record_is_cut_and_said_to_be() -> None:
     assert [effect.name for effect in answer.effects] == ["bend"]
     assert any(f"only the first {CONSTANTS.diagnosed_samples // 4} samples" in note for note in answer.cannot_tell)
     assert not any("only the first" in note for note in diagnose(short, Toy()).cannot_tell)
+
+
+def test_what_would_begin_anew_in_each_recording_is_told_where_it_cannot() -> None:
+    """Wear does not: what drifts back between recordings is a state."""
+
+    class Worn(Toy):
+        effects = tuple(replace(effect, irreversible=effect.name == "drift") for effect in Toy.effects)
+
+    made = measured(["drift"], {"drift.rate": 0.3})
+    (told,) = (sentence for sentence in diagnose(made, Worn()).cannot_tell if "begin anew" in sentence)
+    assert told.startswith(f"whether it is drift: that would begin anew in each of {len(made.trials)} recordings")
+    assert not any("begin anew" in sentence for sentence in diagnose(made, Toy()).cannot_tell)
+    assert not any("begin anew" in sentence for sentence in diagnose(measured(["bend"], {"bend.c": 0.2}), Worn()).cannot_tell)

@@ -95,6 +95,7 @@ def conclude(comparison: Comparison, known: Constants, said: tuple[str, ...] = (
         *_unforeseen(closure),
         *far,
         *_own_values(comparison, judgement),
+        *_begun_anew(comparison, judgement),
         *said,
         *_missing(comparison),
     )
@@ -244,6 +245,18 @@ def _own_values(comparison: Comparison, judgement: Judgement) -> list[str]:
         f"{name} is each recording's own, as nobody knows where a motion begins and when a record does: "
         f"{', '.join(f'{value:+.2f} {units[name]} in {where}' for where, value in own.items())} beside the value of the set"
         for name, own in fitted(comparison, judgement.chosen).own_values.items()
+    ]
+
+
+def _begun_anew(comparison: Comparison, judgement: Judgement) -> list[str]:
+    """Named effects that undo themselves between recordings, which what they are cannot."""
+    recordings = len(comparison.prediction.experiment.trials)
+    named = [effect.name for effect in comparison.prediction.model.effects if effect.irreversible and effect.name in judgement.chosen]
+    return [
+        f"whether it is {name}: that would begin anew in each of {recordings} recordings, and what it changes stays so on a specimen; what "
+        "recovers between recordings is a state of the contact"
+        for name in named
+        if recordings > 1
     ]
 
 

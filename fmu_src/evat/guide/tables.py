@@ -124,6 +124,7 @@ def _effects_in_full() -> str:
             facts += [
                 "- **Unsteady:** it goes by the time or the way itself, so that means of steady states tell nothing of it."
             ] * effect.unsteady
+            facts += ["- **Irreversible:** what it has changed stays so from recording to recording."] * effect.irreversible
             facts += ["- **Keeps means:** it is a filter or a delay, of which means tell nothing."] * effect.keeps_mean
             facts += [
                 "- **Form of law:** friction laws differ in it among themselves, so that a little of it is no effect."

@@ -240,6 +240,7 @@ def effects() -> tuple[Effect, ...]:
                 applies_to=_names(_text(row.applies_to)),
                 states=own[row.count - 2 * row.states : row.count - row.states],
                 unsteady=bool(row.unsteady),
+                irreversible=bool(row.irreversible),
                 keeps_mean=bool(row.keeps_mean),
                 form_of_law=bool(row.form_of_law),
             )

@@ -30,7 +30,7 @@ const struct Effect effect_flank_wear = {
     .equation = "feed_force + K_f w s, principal_force + K_p w s while cutting, s the distance slid",
     .signature = "feed force (and some principal force) grows steadily through the record, at the same motion",
     .applies_to = "internal, combined, uncut_thickness",
-    .family = "wear", .unsteady = 1,
+    .family = "wear", .unsteady = 1, .irreversible = 1,
     .stage = STAGE_LOAD, .act = rub,
     .variables = variables, .count = COUNT,
 };
