@@ -179,6 +179,8 @@ def _use(answer: Diagnosis, comparison: Comparison, values: str) -> str:
     closed = answer.closure.values_alone.closed_share
     if closed > CONSTANTS.advised_share or not (off := set_up_off(answer, comparison)):
         return values
+    if not math.isfinite(closed):  # where the model is that is compared with, as the set-up shows it, nothing stands above the noise
+        return f"put right what the set-up is off by ({off}); then {values}"
     return f"put right what the set-up is off by ({off}), or the values close {percent(closed)} alone; then {values}"
 
 
@@ -210,7 +212,7 @@ def _place(answer: Diagnosis, comparison: Comparison) -> str:
     region, bounds = answer.where.regions[0], []
     for name, ends in region.box.items():
         if name in ("time", "phase"):
-            said = [number(x, 3) for x in ends]
+            said = [f"{number(x, 3)}{' s' if name == 'time' else ''}" for x in ends]
         else:
             said = [display(x, typed(comparison.prediction, name), digits=3) for x in ends]
         bounds.append(f"{name.replace('_', ' ')} from {' to '.join(said)}")
