@@ -93,3 +93,16 @@ def systems(fmus: dict[str, Path], tmp_path_factory: pytest.TempPathFactory) -> 
     """Our systems by name, made of these FMUs."""
     folder = tmp_path_factory.mktemp("systems")
     return {path.stem: path for path in write_all(folder, fmus["fmi2"].parent)}
+
+
+@pytest.fixture(autouse=True)
+def _same_working_directory() -> Iterator[None]:
+    """A test that leaves the process elsewhere breaks those that follow: it fails itself, and they go on."""
+    before = Path.cwd()
+    yield
+    try:
+        now: Path | None = Path.cwd()
+    except FileNotFoundError:  # it is gone
+        now = None
+    os.chdir(before)
+    assert now == before

@@ -50,7 +50,7 @@ class PlainModel:
             point[name] = np.atleast_2d(column)
         counts = {column.shape[0] for column in point.values()} - {1}
         if len(counts) > 1:
-            raise ParameterError(f"the sets are not equally many: {sorted(counts)}.")
+            raise ParameterError(f"values vary over different numbers of sets: {sorted(counts)}.")
         count = counts.pop() if counts else 1
         columns = self.formula(run.times, point, on)
         return {name: np.array(np.broadcast_to(columns[name], (count, run.times.size))) for name in run.outputs}

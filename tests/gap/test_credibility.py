@@ -105,7 +105,12 @@ def test_a_fit_is_not_taken_for_one_that_is_gone(monkeypatch: pytest.MonkeyPatch
     """Python gives a new object the number of one that nobody holds."""
     experiment = measured(conditions=6)
     monkeypatch.setattr(closure, "_again", lambda comparison, whole, mask: SimpleNamespace(of=whole.name))
-    held = HeldOut(SimpleNamespace(prediction=SimpleNamespace(experiment=experiment), whitening=SimpleNamespace(groups=())))  # type: ignore[arg-type]
+    held = HeldOut(
+        SimpleNamespace(
+            prediction=SimpleNamespace(experiment=experiment),
+            whitening=SimpleNamespace(groups=[SimpleNamespace(condition=name) for name in experiment.conditions]),
+        )
+    )  # type: ignore[arg-type]
     for n in range(50):
         assert held.fitted(SimpleNamespace(name=n), "c1").of == n  # type: ignore[arg-type,attr-defined]
 

@@ -116,5 +116,5 @@ def test_the_size_of_a_search_has_bounds() -> None:
     for population, generations, seed in ((5, 1, 0), (100_000, 1, 0)):
         check_size(population, generations, seed)
     for population, generations, seed in ((4, 1, 0), (100_001, 1, 0), (5, 0, 0), (5, 1, -1)):
-        with pytest.raises(ParameterError, match=f"population {population}, generations {generations}, seed {seed}: needed"):
+        with pytest.raises(ParameterError, match=f"population {population}, generations {generations}, seed {seed}: allowed"):
             check_size(population, generations, seed)

@@ -187,7 +187,7 @@ def test_a_batch_can_be_stopped() -> None:
     [
         ({"F_C": np.array([1.0, -1.0])}, "F_C = -1"),
         ({"F_C": np.array([1.0, np.nan])}, "finite"),
-        ({"F_C": np.ones(2), "F_S": np.ones(3)}, "equally many"),
+        ({"F_C": np.ones(2), "F_S": np.ones(3)}, "different numbers of sets"),
         ({"F_C": np.ones((2, 2))}, "shape"),
         ({"no_such": np.ones(2)}, "no_such"),
         ({"friction_law": np.array([0.5, 1.0])}, "whole number"),

@@ -183,6 +183,18 @@ def test_what_is_no_fmu_for_this_machine_is_refused(fmu: Path, tmp_path: Path, s
     assert list(scratch.iterdir()) == []
 
 
+def test_a_library_that_cannot_be_loaded_leaves_the_process_where_it_was(fmu: Path, tmp_path: Path, scratch: Path) -> None:
+    """fmpy goes into its folder to load it, and stayed there as that failed: the folder is gone once the error is told."""
+    broken, before = tmp_path / "broken.fmu", Path.cwd()
+    with zipfile.ZipFile(fmu) as source, zipfile.ZipFile(broken, "w") as copy:
+        for name in source.namelist():
+            copy.writestr(name, b"not a library" if name.startswith("binaries/") else source.read(name))
+    with pytest.raises(FmuError, match="cannot be instantiated here"):
+        drive(broken, sliding(), SLIDING)
+    assert Path.cwd() == before
+    assert list(scratch.iterdir()) == []
+
+
 def test_no_file_of_an_fmu_is_unpacked_outside_its_folder(fmu: Path, tmp_path: Path, scratch: Path) -> None:
     hostile = changed(fmu, tmp_path / "f.fmu", extra="../../evat-was-here")
     with pytest.raises(FmuError, match="outside of the archive's folder"):

@@ -239,7 +239,7 @@ def test_what_the_tables_do_not_allow_is_refused(model: Model, case: Case) -> No
         model.simulate_many(Run(TIMES, case.run.inputs), (), dict(case.values))
     other = next(v.name for v in model.variables if v.type == "real" and v.causality == "parameter" and v.name != real.name)
     start = {v.name: v.start for v in model.variables}
-    with pytest.raises(ParameterError, match="equally many"):
+    with pytest.raises(ParameterError, match="different numbers of sets"):
         model.simulate_many(case.run, (), {**case.values, real.name: np.full(2, case.vary[1][0]), other: np.full(3, float(start[other]))})
 
 

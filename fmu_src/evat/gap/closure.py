@@ -46,7 +46,9 @@ class HeldOut:
 
     def __init__(self, comparison: Comparison) -> None:
         self.comparison = comparison
-        self.folds = folds(comparison.prediction.experiment)
+        seen = {group.condition for group in comparison.whitening.groups}  # of a slow sensor some conditions may tell nothing
+        told = tuple(tuple(each for each in fold if each in seen) for fold in folds(comparison.prediction.experiment))
+        self.folds = tuple(filter(None, told)) if len(seen) >= CONSTANTS.fewest_conditions else ()
         self._fold_of = {condition: fold for fold in self.folds for condition in fold}
         self.conditions = tuple(each for each in comparison.prediction.experiment.conditions if each in self._fold_of)
         self._kept: dict[tuple[int, tuple[str, ...]], tuple[Fit, Fit]] = {}  # by what has no hash; held, lest another get its number

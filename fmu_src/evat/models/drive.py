@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import ctypes
 import numbers
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack
+import os
+import threading
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -49,6 +51,20 @@ def only_once(fmu: Path) -> str | None:
     except Exception:  # whoever opens it tells why
         return None
     return str(about.guid) if about.coSimulation is not None and about.coSimulation.canBeInstantiatedOnlyOncePerProcess else None
+
+
+_LOADING = threading.Lock()
+
+
+@contextmanager
+def _directory_kept() -> Iterator[None]:
+    """Loading a library fmpy goes into its folder: not back where that fails, and to where another thread is that loads one, too."""
+    with _LOADING:
+        before = os.getcwd()
+        try:
+            yield
+        finally:
+            os.chdir(before)
 
 
 class Driver:
@@ -113,12 +129,13 @@ class Driver:
 
     def _load(self) -> None:
         kind = FMU3Slave if self.description.fmiVersion.startswith("3") else FMU2Slave
-        self._fmu = kind(
-            guid=self.description.guid,
-            unzipDirectory=str(self._folder),
-            modelIdentifier=self.description.coSimulation.modelIdentifier,
-            instanceName=self._name,
-        )
+        with _directory_kept():
+            self._fmu = kind(
+                guid=self.description.guid,
+                unzipDirectory=str(self._folder),
+                modelIdentifier=self.description.coSimulation.modelIdentifier,
+                instanceName=self._name,
+            )
         logger = _log(self._log)
         if kind is FMU3Slave:
             self._fmu.instantiate(loggingOn=True, logMessage=fmpy.fmi3.fmi3LogMessageCallback(logger))
