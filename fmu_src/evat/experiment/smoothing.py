@@ -62,9 +62,8 @@ def derivative(column: FloatArray, step: float, order: int = 1, sd: float | None
     sd = position_noise(column) if sd is None else sd
     if sd > 0:
         return _by_widest_windows(column, sd, order, step)
-    if column.size >= (
-        window := CONSTANTS.exact_window
-    ):  # of 12 samples a period plain differences lose 4 %, and the first of them comes half a sample late
+    window = CONSTANTS.exact_window
+    if column.size >= window:  # of 12 samples a period plain differences lose 4 %, and the first of them comes half a sample late
         exact: FloatArray = savgol_filter(column, window, window - 1, deriv=order, delta=step, mode="interp")
         return exact
     for _ in range(order):

@@ -81,7 +81,7 @@ class Diagnosis(ShownAsTable):
         Where the gap lies: shares of its square by channel and trial, and the regions that hold most of it.
     closure : Closure
         How far the gap closes, with its 90 % interval, on conditions that were left out of the fit; root mean squares of each channel, in
-        its unit, as the set-up shows the models, and `alone` by the values alone that corrected.ssv holds.
+        its unit, as the set-up shows the models, and `values_alone` by the values alone that corrected.ssv holds.
     cannot_tell : tuple of str
         What these data leave open, in sentences.
     advice : Advice or None

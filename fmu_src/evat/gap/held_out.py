@@ -58,7 +58,7 @@ def _levels(table: FloatArray) -> IntArray:
             continue
         level = np.empty(column.size, dtype=np.intp)
         level[order] = np.concatenate([[0], np.cumsum(np.diff(column[order]) > CONSTANTS.same_level * span)])
-        if (level.max() - level).tobytes() not in columns:
+        if (level.max() - level).tobytes() not in columns:  # the same, counted from the other end
             columns.setdefault(level.tobytes(), level)
     return np.array(list(columns.values()), dtype=np.intp).reshape(len(columns), len(table)).T
 

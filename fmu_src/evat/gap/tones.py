@@ -1,4 +1,5 @@
-"""Does a recording sing? A tone that comes and goes with the motion, at another phase in each repeat, as of a squeal: it passes for noise.
+"""Does a tone stand out of what repeats do not share? It comes and goes with the motion, at another phase in each repeat, as of a squeal,
+and passes for noise.
 
 What repeats do not share is cut into short stretches, in which a tone stands still though its frequency follows the speed, and the spectrum
 of each is held against its own broad band.
@@ -19,7 +20,7 @@ from evat.required_inputs import MOTION
 
 
 def tones(prediction: Prediction) -> tuple[str, ...]:
-    """What sings, a sentence for each channel; none where nothing stands out in several recordings."""
+    """The tones that were recorded, a sentence for each channel; none where nothing stands out in several recordings."""
     said = list[str]()
     trials, units = prediction.experiment.trials, {variable.name: variable.unit for variable in prediction.model.variables}
     for channel in prediction.channels:
@@ -36,7 +37,7 @@ def tones(prediction: Prediction) -> tuple[str, ...]:
                 speeds = np.abs(trial.inputs[MOTION]) if MOTION in trial.inputs else np.full(row.size, math.nan)
                 seen += [(frequency, amplitude, float(np.mean(speeds[at]))) for at, frequency, amplitude in own]
                 recordings |= {trial.file} if own else set()
-        if len(recordings) < CONSTANTS.fewest_singing:
+        if len(recordings) < CONSTANTS.fewest_recordings_of_a_tone:
             continue
         table = np.array(seen)
         low, high = np.quantile(table[:, 0], [0.1, 0.9])
@@ -51,7 +52,7 @@ def tones(prediction: Prediction) -> tuple[str, ...]:
 
 def stretches(row: FloatArray, step: float) -> list[tuple[slice, float, float]]:
     """Where a row (n,) of samples `step` [s] apart has a tone: the samples, its frequency [Hz], its amplitude."""
-    size = CONSTANTS.singing_samples
+    size = CONSTANTS.tone_samples
     if row.size < 2 * size:
         return []
     memory = float(np.clip(row[1:] @ row[:-1] / (row @ row + 1e-300), -0.99, 0.99))
