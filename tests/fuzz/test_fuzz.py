@@ -108,7 +108,10 @@ def test_random_calls_break_nothing(workshop: Workshop, part: str) -> None:
 
 @pytest.mark.parametrize(
     ("seed", "sequence"),
-    [(606842, 66845)],  # a gap at the oldest cycle that is kept: the place before a ring's first was read
+    [
+        (606842, 66845),  # a gap at the oldest cycle that is kept: the place before a ring's first was read
+        (880417, 6976),  # a step of 1e9 s that ended 19 cycles late, at a point that was kept for another
+    ],
 )
 def test_sequences_that_broke_something_do_no_longer(workshop: Workshop, seed: int, sequence: int) -> None:
     """Of the contact, each by itself."""

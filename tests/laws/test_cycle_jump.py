@@ -139,3 +139,12 @@ def test_a_slow_settling_is_followed() -> None:
     one, other = (ended(values, ("sensor_lowpass",), 4000, at_once=at_once) for at_once in (True, False))
     assert abs(one.get("measured_principal_force")) < 0.02 * abs(one.get("mean_principal_force"))
     assert one.get("measured_principal_force") == pytest.approx(other.get("measured_principal_force"), rel=1e-4)
+
+
+@pytest.mark.parametrize("step", [1e7, 1e9])
+def test_a_step_of_more_cycles_than_its_roundings_hold_apart_ends_in_time(step: float) -> None:
+    """A millionth of a millionth of 2e13 cycles is twenty of them."""
+    contact = Contact({"shear_stress": 2e8})
+    contact.start()
+    contact.advance(step)
+    assert contact.time == step

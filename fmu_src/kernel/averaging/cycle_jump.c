@@ -18,6 +18,8 @@
 #define EACH 6.0 /* cycles that are looked at one by one: transients of a changed input take three or four */
 #define FEWEST_SKIPPED 2.0 /* cycles: fewer are not worth the cuts */
 #define RUN_AT_THE_END 1.0 /* cycle, which shows the outputs of the step's end and a mean of its own */
+#define MOST_ROUNDED                                                                                                   \
+    1e-3 /* cycles: what a step may lack of a whole number of them by roundings, however many there are */
 #define MAY_ADD 0.1 /* tolerances, of what all cycles that are skipped may change of a state, or one of a force */
 #define MOST_SCATTER 1e3 /* cycles: departures that do not go on as they are or less are of roundings of the steps */
 
@@ -160,9 +162,10 @@ static enum Status pass_cycles(struct Contact *contact, const struct Configurati
 enum Status advance_cycles(struct Contact *contact, const struct Configuration *w, double step, int stop_at_events,
                            lanes s, struct Course *course)
 {
-    const double cycles = step * contact->value[VAR_VIBRATION_FREQUENCY][0];
-    if (cycles * (1 + 1e-12) >= 2 + FEWEST_SKIPPED + RUN_AT_THE_END && may_jump(w, stop_at_events)) {
-        const double all = floor(cycles * (1 + 1e-12)) - RUN_AT_THE_END;
+    const double given = step * contact->value[VAR_VIBRATION_FREQUENCY][0],
+                 cycles = given + smaller(1e-12 * given, MOST_ROUNDED);
+    if (cycles >= 2 + FEWEST_SKIPPED + RUN_AT_THE_END && may_jump(w, stop_at_events)) {
+        const double all = floor(cycles) - RUN_AT_THE_END;
         const enum Status status = pass_cycles(contact, w, all, s, course);
         if (status != STATUS_OK)
             return status;

@@ -174,6 +174,7 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
     lanes quiet_for;
     EACH_LANE
         quiet_for[i] = INFINITY; /* since the last event [s] */
+    course->arrived = 0;
     begin_trials(w, step, &t);
     if (w->feedback)
         memset(&loop, 0, sizeof loop);

@@ -29,7 +29,6 @@ static enum Status advance_by(const struct Configuration *w, struct Contact *con
 {
     *taken = 0;
     course->most_steps = course->guard.length = 0;
-    course->arrived = 0;
     if (!is_step(step))
         return STATUS_BAD_STEP;
     if (!ordered_temperatures(contact))
