@@ -67,6 +67,28 @@ def unread_inputs(
     )
 
 
+def unused_by_law(
+    model: Tables, laws: Sequence[Law], values: Mapping[str, float | str], on: Collection[str], recorded: Collection[str]
+) -> tuple[str, ...]:
+    """Inputs that other friction laws or effects take their force from, and neither the chosen law nor an effect that is on does: a
+    sentence each. recorded : names of the inputs with a column of their own."""
+    by_name = {variable.name: variable for variable in model.variables}
+    choices = by_name[LAW]
+    chosen = choices.choices[int(choices.check(values.get(LAW, choices.start)))]
+    active = {effect.name for effect in model.effects if effect.name in on or values.get(effect.name)}
+    said = []
+    for name in sorted(set(recorded) - {MOTION, PROXY}):
+        by_laws = [law.name for law in laws if any(read.name == name for read in law.reads)]
+        by_effects = [effect.name for effect in model.effects if name in effect.needs]
+        if (by_laws or by_effects) and chosen not in by_laws and not active.intersection(by_effects):
+            others = [*(f"{LAW} = {law}" for law in by_laws), *(f"the effect {effect}" for effect in by_effects)]
+            said.append(
+                f"{name} is recorded, and {LAW} = {chosen} does not read it; what reads it: {', '.join(others)}. A diagnosis tries "
+                "effects by itself"
+            )
+    return tuple(said)
+
+
 def lacks_motion(model: Tables, values: Mapping[str, float | str], given: Collection[str]) -> bool:
     """Whether the kinematics in `values` take the motion from an input that is in neither `values` nor the columns `given`."""
     required = any(variable.name == MOTION and values.get(KINEMATICS) in variable.required_with for variable in model.variables)

@@ -286,6 +286,16 @@ def test_recordings_alike_repeat_each_other_where_names_do_not_tell(tmp_path: Pa
     assert "F_S" not in text
 
 
+def test_recordings_at_another_load_are_no_repeats(tmp_path: Path) -> None:
+    for name, load in (("a", 50.0), ("b", 50.9), ("c", 100.0)):
+        table(tmp_path / f"{name}.csv", "t [s],v [m/s],F [N],normal load [N]", [TIMES, SPEED, FORCE * load / 50, load + 0 * TIMES])
+    begun = understood(tmp_path)
+    assert [trial.condition for trial in begun.trials] == ["a", "a", "c"]
+    assert "at as high a load" in begun.repeats
+    assert any("normal_load is recorded, and friction_law = lugre" in said for said in to_look_at(begun, Believed()))
+    assert not any("normal_load" in said for said in to_look_at(begun, Believed(friction="amontons")))
+
+
 def test_turns_a_minute_and_a_torque_are_read_at_a_radius(tmp_path: Path) -> None:
     table(tmp_path / "a.csv", "t [s],Drehzahl [1/min],Drehmoment [Nm]", [TIMES, 60 * SPEED, FORCE])
     begun, questions = begin(tmp_path, Answers())
@@ -409,8 +419,14 @@ def test_averages_become_means_and_remarks_are_left_out(tmp_path: Path) -> None:
     path.write_text(
         "vc [m/min];f [mm];Fc [N];Ff [N];Werkstoff\n60;0,1;120,5;80,1;Cu\n120;0,1;110,2;71;Cu\n180;0,1;101;66,4;Cu\n", encoding="utf-8"
     )
-    write_begun(understood(tmp_path), Believed(), force=False)
-    means = read_experiment(tmp_path, MODEL).means
+    begun = understood(tmp_path)
+    write_begun(begun, Believed(), force=False)
+    assert any("does not vibrate has amplitudes of 0" in said for said in to_look_at(begun, Believed()))
+    made = read_experiment(tmp_path, MODEL)
+    assert {name: made.nominal.values[name] for name in ("amplitude_x", "amplitude_y", "rake_angle")} == {
+        "amplitude_x": 5e-6, "amplitude_y": 5e-6, "rake_angle": 0.0
+    }  # fmt: skip
+    means = made.means
     assert means is not None
     np.testing.assert_allclose(means.values["cutting_speed"], [1.0, 2.0, 3.0])
     np.testing.assert_allclose(means.values["feed"], 1e-4)

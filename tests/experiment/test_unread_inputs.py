@@ -49,3 +49,17 @@ def test_the_speed_of_a_test_is_a_remark_and_its_temperature_is_none(tmp_path: P
     assert doubt.startswith("contact_temperature is stated and the model does not read it")
     assert doubt in shown
     assert shown.count("does not read it") == 1
+
+
+def test_a_load_that_the_law_does_not_read_is_told(tmp_path: Path) -> None:
+    column = '[signals.normal_load]\ncolumn = "p"\nunit = "N"\nrole = "input"\n[signals.friction_force]'
+    rows = np.column_stack([TIMES, VELOCITY, 9 * np.sign(VELOCITY), 50 + TIMES])
+    np.savetxt(tmp_path / "a.csv", rows, delimiter=",", header="t,x,F,p", comments="")
+    shown = {}
+    for law in ("lugre", "amontons"):
+        toml = TOML.format(slip='unit = "m/s"', force='unit = "N"', nominal="").replace("[signals.friction_force]", column)
+        toml = toml.replace('"coulomb"', f'"{law}"')
+        (tmp_path / "experiment.toml").write_text(toml, encoding="utf-8")
+        shown[law] = " ".join(CliRunner().invoke(app, ["experiment", "check", str(tmp_path)]).output.split())
+    assert "what reads it: friction_law = amontons, the effect load_dependence" in shown["lugre"]
+    assert "what reads it" not in shown["amontons"]

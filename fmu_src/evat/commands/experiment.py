@@ -18,7 +18,7 @@ from evat.console import err, marked, out
 from evat.model import ParameterError
 from evat.motions import KINDS
 from evat.native import kernel
-from evat.required_inputs import unread_inputs
+from evat.required_inputs import unread_inputs, unused_by_law
 from evat.studies.examples import EXAMPLES
 from evat.units import to_si
 
@@ -88,8 +88,10 @@ def check(
     out.print(_nominal(document))
     recorded = {name for name, signal in document.signals.items() if signal.role == "input"}
     stated = {name for trial in document.trials for name in trial.values} | set(() if means is None else means.values)
-    unread = unread_inputs(ContactModel(), document.nominal.values, recorded, stated)
-    doubts = [*unread, *skipped(scan), *(remark.text for remark in scan.remarks)]
+    nominal, model = document.nominal, ContactModel()
+    unread = unread_inputs(model, nominal.values, recorded, stated)
+    unused = unused_by_law(model, kernel.laws(), nominal.values, nominal.effects, recorded)
+    doubts = [*unread, *unused, *skipped(scan), *(remark.text for remark in scan.remarks)]
     for doubt in doubts:
         err.print(marked("warning:", "bold yellow", doubt), soft_wrap=True)
     out.print(f"data {scan.data_hash}", highlight=False, soft_wrap=True)

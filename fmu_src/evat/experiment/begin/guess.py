@@ -27,7 +27,9 @@ CUTTING = {"principal_force": "principal_force", "feed_force": "feed_force"}
 UNKNOWN = 1.0  # relative sd of a value that no data tell: it may be several times as large, or as small
 PRESLIDING = 1e-5  # m, F_C/sigma0: the middle of the parameter sets, of which most are within a factor of ten (0.01 to 74 um)
 ALIKE = 10.0  # times as long at most is a step of the clock of files that were recorded alike
+BESIDE = ("normal_load", "uncut_thickness")  # what a test is made at beside its motion
 SET = ("cutting_speed", "feed", "width")  # what a cut is made at
+VIBRATION = ("vibration_frequency", "amplitude_x", "amplitude_y")
 
 
 def begin(folder: Path, answers: Answers) -> tuple[Begun | None, list[Question]]:
@@ -61,10 +63,11 @@ class _Guess(Signals):
         if self.questions:
             return None, self.questions
         self.leave_aside_what_runs_otherwise(clock)
-        load = self.chosen("normal_load", ("normal_load",)) if force is not None and force.kind == "coefficient" else None
-        read = [each for each in (clock, motion, force, load, *cut) if each is not None]
-        wanted = [each.header for each in read]
-        self.runs = runs(self.recorded, clock.header, [header for header in self.columns if header not in wanted])
+        more = {name: self.chosen(name, (name,)) for name in (*(BESIDE if motion is not None else ()), TRIGGER)}
+        beside = [column for name in BESIDE if (column := more.get(name)) is not None]
+        measured = [each.header for each in (clock, motion, force, *cut) if each is not None]
+        wanted = list(dict.fromkeys([*measured, *(column.header for column in beside)]))
+        self.runs = runs(self.recorded, clock.header, [header for header in self.columns if header not in measured])
         self.rows = {
             each.name: rows_of(self.recorded, each, wanted) if each.rows else first_rows(self.recorded, each.file, wanted)
             for each in self.runs
@@ -72,18 +75,18 @@ class _Guess(Signals):
         self.clock(clock)
         if motion is not None:
             self.motion(motion, clock)
+        load = more.get("normal_load") if force is not None and force.kind == "coefficient" else None
         for each in cut if force is None else [force]:
             self.force(each, motion, FRICTION if each is force else str(self.told.get(each.header, each.kind)), load)
-        for name, kind in (("normal_load", "normal_load"), ("uncut_thickness", "uncut_thickness"), (TRIGGER, "trigger")):
-            more = self.chosen(name, (kind,))
-            if more is not None and (more not in read or more is load) and (motion is not None or name == TRIGGER):
-                self.plain(name, more)
+        for name, column in more.items():
+            if column is not None and column.header not in measured:
+                self.plain(name, column)
         for name, header in self.answers.signals.items():
             if name not in {signal.name for signal in self.signals}:
                 self.plain(name, self.columns[header])
         if self.questions:
             return None, self.questions
-        trials, repeats = self.trials(motion)
+        trials, repeats = self.trials(motion, [column.header for column in beside])
         values = self.nominal(motion, force)
         return self.result(trials, "", (), "external" if motion is not None else "internal", values, repeats), []
 
@@ -117,7 +120,7 @@ class _Guess(Signals):
             return math.nan
         return float(np.median(steps)) if steps.size else math.nan
 
-    def trials(self, motion: Meant | None) -> tuple[tuple[TrialGuess, ...], str]:
+    def trials(self, motion: Meant | None, beside: Sequence[str]) -> tuple[tuple[TrialGuess, ...], str]:
         told, repeats = named([each.name for each in self.runs])
         if counted := sorted({header for each in self.runs for header in each.rows}):
             self.look.append(f"recordings that stand in one file are told apart by the column {' and '.join(map(repr, counted))}")
@@ -125,10 +128,10 @@ class _Guess(Signals):
         if counted and motion is not None:  # a number that counts recordings does not say which of them repeat each other
             conditions, repeats = {each.name: PurePosixPath(each.name).stem for each in self.runs}, ""
         if not repeats and motion is not None and len(conditions) > 1:
-            groups = repeating(self.rows, motion.header, self.is_position, conditions)
+            groups = repeating(self.rows, motion.header, self.is_position, beside, conditions)
             if len(set(groups.values())) < len(groups):
                 conditions = by_what_they_share(conditions, groups)
-                repeats = "recordings as long, and with as fast a motion, repeat each other"
+                repeats = f"recordings as long, and with as fast a motion{' at as high a load' if beside else ''}, repeat each other"
         signals = {signal.name for signal in self.signals}
         needed = ("normal_load",) if motion is not None else SET
         trials = tuple(
@@ -153,8 +156,18 @@ class _Guess(Signals):
         start = {variable.name: variable.start for variable in kernel.variables()}
         if motion is None or force is None:
             why = "the component's start, not from your data"
-            names = ("F_C", "F_S", "sigma2", "shear_stress", *SET) if motion is None else ("F_C", "F_S", "sigma2")
-            return {name: (start[name], 0.1 if name in SET else UNKNOWN, why) for name in names}
+            if motion is not None:
+                return {name: (start[name], UNKNOWN, why) for name in ("F_C", "F_S", "sigma2")}
+            told = self.answers.signals
+            kilohertz, *microns = start[VIBRATION[0]] / 1e3, *(start[name] * 1e6 for name in VIBRATION[1:])
+            sizes = " and ".join(f"{each:g}" for each in microns)
+            self.look.append(
+                f"the tool vibrates as the component starts, at {kilohertz:g} kHz with amplitudes of {sizes} um, and its rake angle is "
+                f"{start['rake_angle']:g}: put in yours; a tool that does not vibrate has amplitudes of 0"
+            )
+            sds = {**dict.fromkeys(("F_C", "F_S", "sigma2", "shear_stress"), UNKNOWN), **dict.fromkeys(SET, 0.1)}
+            sds |= {name: 0.0 for name in (*VIBRATION, "rake_angle") if name not in told}
+            return {name: (start[name], sd, why) for name, sd in sds.items()}
         by_name = {signal.name: signal.table for signal in self.signals}
         level = self.level(motion, force, by_name[FRICTION])
         if not level > 0:

@@ -17,6 +17,8 @@ from evat.experiment.document import FILE, FORMAT
 from evat.experiment.keys import keys, meaning
 from evat.files.text import TextForm
 from evat.files.writing import put
+from evat.native import kernel
+from evat.required_inputs import LAW, unused_by_law
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,7 +115,7 @@ def _nominal(begun: Begun, believed: Believed) -> list[str]:
     if guessed:
         lines += ["[nominal.values]  # SI", *(_line(name, value, why) for name, (value, _, why) in begun.values.items())]
         lines += [f"[nominal.relative_sd]  # {meaning('[nominal]', 'relative_sd')}"]
-        lines += [_line(name, sd, "a first value is not well known") for name, (_, sd, _) in begun.values.items()]
+        lines += [_line(name, sd, "a first value is not well known") for name, (_, sd, _) in begun.values.items() if sd]
     return [*lines, ""]
 
 
@@ -142,4 +144,7 @@ def to_look_at(begun: Begun, believed: Believed) -> Sequence[str]:
         () if believed.values or believed.parameters else ("the nominal model is a guess: put in what you believe, or begin with --set",)
     )
     doubt = (f"columns go by {taken_over(begun)}: are they in the same order there?",) if begun.recorded.bare else ()
-    return (*doubt, *begun.look, *first)
+    values = {**believed.values, **({LAW: believed.friction} if believed.friction else {})}
+    inputs = [signal.name for signal in begun.signals if signal.table.get("role") == "input"]
+    unused = () if believed.parameters else unused_by_law(kernel.ContactTables(), kernel.laws(), values, (), inputs)
+    return (*doubt, *begun.look, *unused, *first)
