@@ -27,10 +27,15 @@ def doubts(comparison: Comparison, on: Hypothesis, held: HeldOut) -> tuple[str, 
     for condition, (before, after) in held.worse(fit).items():
         reasons.append(f"it makes {condition} worse, left out of its fit: {before:.1%} of the rms were left, {after:.1%} with it")
     foreseen = held.foreseen(fit)
-    share, _ = held.closed(fit, foreseen) if foreseen else held.where_fitted(fit)
+    share, (low, high) = held.closed(fit, foreseen) if foreseen else held.where_fitted(fit)
+    seen = "left out of its fit" if foreseen else "that it was fitted to"
     if share <= 0:
-        seen = "left out of its fit" if foreseen else "that it was fitted to"
         reasons.append(f"it leaves more of the gap than without it on the conditions {seen}: {share:.3g} of it closes")
+    elif low < 0:
+        reasons.append(
+            f"it is not sure that it closes any of the gap on the conditions {seen}: {share:.3g} of it, 90 % interval {low:.2g} to "
+            f"{high:.2g}"
+        )
     where = foreseen or comparison.prediction.experiment.conditions
     floors = {channel: math.sqrt(own.floor) for channel, own in squares(comparison.whitening, fit.predicted, set(where)).items()}
     by_values = values_alone(comparison, fit, where, floors, set_up=True).closed_share
