@@ -198,6 +198,8 @@ class _Constants(ConstantTable):
     clock_jitter = Constant(1e-3, "samples", "clocks that differ by less are one", source="numerical tolerance")
     clock_together = Constant(0.05, "samples", "samples of repeats of a vibrating tool that differ by less were taken together")
     largest_lag = Constant(0.25, "of a recording", "by which repeats may be out of step", high=0.5)
+    lag_tie = Constant(0.1, "of the least mean square", "by which motions that are so many samples apart may agree less and are as likely")
+    lag_rounding = Constant(1e-9, "of the mean square", "below which motions are the same", origin="derived", source="rounding of sums")
     in_step = Constant(0.02, "of the rms", "by which repeats that follow one motion differ at most once they are in step")
     perturbation_seed = Constant(20240301, "1", "of the noise by which inputs are perturbed")
     alike_cycles = Constant(1e-3, "of an input's variance", "cycles that differ by less are the same cycle", source="numerical tolerance")
@@ -382,6 +384,9 @@ class _Constants(ConstantTable):
     starts_of_an_effect = Constant(2, "1", "points of its shapes from which an effect is fitted", source="budget of work")
     starts_apart = Constant(0.8, "prior sd", "in some shape, from which on two such points are worth a fit each")
     trial_times = Constant(9, "1", "amplitudes that are tried where one is a time", source="budget of work")
+    shapes_beside_a_time = Constant(
+        3, "1", "values of a shape that are tried beside a time, such as dampings, and the more times", source="budget of work", low=2
+    )
     straight_range = Constant(2.0, "1", "so many times that where its slope was taken an amplitude may be, and a time as much less")
     periodogram_peaks = Constant(
         12, "1", "of what is left, at which a sine is tried whose frequency or period nobody knows", source="budget of work"

@@ -36,6 +36,12 @@ class Design:
         spreads = {name: np.repeat(spread, times) for name, spread in self.spreads.items()}
         return replace(self, points=np.repeat(self.points, times, axis=0), spreads=spreads)
 
+    def few(self, count: int) -> Design:
+        """With so many of its points, from the first to the last."""
+        kept = np.linspace(0, len(self.points) - 1, count).round().astype(int)
+        spreads = {name: spread[kept] for name, spread in self.spreads.items()}
+        return replace(self, points=self.points[kept], spreads=spreads)
+
     def one_of_two(self, points: FloatArray) -> Design:
         """With one point, at the best phase, in the place of each pair in quadrature."""
         return replace(self, points=points, spreads={name: spread[::2] for name, spread in self.spreads.items()})

@@ -81,8 +81,12 @@ class Screen:
         design = self._design(base, effect)
         if not design.strengths:
             return []
+        if _is_time(design.strengths) and len(design.points) > CONSTANTS.shapes_beside_a_time:
+            design = design.few(CONSTANTS.shapes_beside_a_time)
         reach = self._reach(design)
         design = design.repeated(reach.size // len(design.points))
+        if _is_time(design.strengths):
+            design, reach = _of_any_size(design, reach)
         lanes, reached = self._lanes(base, design, reach)
         predicted = self.prediction.many(lanes, (*base.on, effect.name))
         slopes = np.nan_to_num(predicted - base.predicted).T / reached  # (N, G q)
@@ -145,13 +149,13 @@ class Screen:
         if len(design.strengths) > 1:
             return np.full(count, CONSTANTS.linear_amplitude)
         (own,) = design.strengths
-        if own.unit != "s":
+        if not _is_time(design.strengths):
             return np.tile(CONSTANTS.trial_amplitudes, count)
-        times = np.geomspace(
-            0.5 * self.scales.step, 0.2 * self.scales.duration, CONSTANTS.trial_times
-        )  # a time may be any that the record can show
+        # A time may be any that the record can show. What rings shows near its own period only: the more times, the fewer dampings.
+        number = CONSTANTS.trial_times * (max(CONSTANTS.shape_values // count, 1) if design.unknown else 1)
+        times = np.geomspace(0.5 * self.scales.step, 0.2 * self.scales.duration, number)
         spreads = design.spreads[own.name]
-        return np.concatenate([times / spread if np.isfinite(spread) else np.ones(CONSTANTS.trial_times) for spread in spreads])
+        return np.concatenate([times / spread if np.isfinite(spread) else np.ones(number) for spread in spreads])
 
     def _spreads(
         self,
@@ -209,6 +213,20 @@ class Screen:
         for name in {name for own in design.phases for name in own}:
             lanes[name] = np.repeat([own.get(name, 0.0) for own in design.phases], 2 * width)
         return lanes, reached.ravel()
+
+
+def _of_any_size(design: Design, reach: FloatArray) -> tuple[Design, FloatArray]:
+    """With a prior for each time that is tried as wide as it, where that is more than what is plausible: of what rings after a jump a
+    hundredth of the period does a tenth as much, so that what is plausible says nothing of how long a time may be."""
+    (own,) = design.strengths
+    spread = design.spreads[own.name]
+    wide = np.fmax(spread, reach * spread)
+    return replace(design, spreads={own.name: wide}), np.divide(reach * spread, wide, out=np.ones_like(wide), where=wide > 0)
+
+
+def _is_time(strengths: Sequence[Variable]) -> bool:
+    """Whether what an effect does grows with a time alone."""
+    return len(strengths) == 1 and strengths[0].unit == "s"
 
 
 def _as_shape(variable: Variable) -> Parameter:
