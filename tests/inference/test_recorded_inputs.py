@@ -13,7 +13,7 @@ from evat.gap import diagnose_with
 from evat.inference.noise.estimate import estimate_noise
 from evat.inference.prediction import Prediction
 from evat.inference.recorded_inputs import in_step, same_motion, smoothed_inputs
-from evat.model import FloatArray
+from evat.model import FloatArray, IntArray
 from toy import Toy, measured
 
 TIMES = np.arange(3000) * 1e-3
@@ -107,6 +107,30 @@ def test_what_moves_by_itself_is_compared_by_its_clock() -> None:
     assert whole.size == 278
     between = replace(trials[1], times=trials[1].times + 2.4e-7)  # half a sample
     assert dict(in_step([trials[0], between, trials[2]])).keys() == {0, 2}
+
+
+def stroking(kept: IntArray) -> Trial:
+    """A motion that repeats itself every 20 samples."""
+    times = kept * 2e-3
+    speed = np.sin(2 * np.pi * 25 * times)
+    return Trial(f"{kept.size}.csv", "c", {}, times, {"x": speed}, {"F": speed})
+
+
+def test_repeats_of_other_lengths_are_compared_from_their_start() -> None:
+    """A motion that repeats itself agrees with itself a stroke later as well."""
+    trials = [stroking(np.arange(count)) for count in (500, 487, 474)]
+    assert [(place, at[0], at.size) for place, at in in_step(trials)] == [(0, 0, 474), (1, 0, 474), (2, 0, 474)]
+
+
+def test_repeats_that_lack_samples_are_compared_by_their_clocks() -> None:
+    """Behind a gap they come earlier than before it."""
+    every = np.arange(500)
+    trials = [stroking(every), stroking(np.delete(every, [90, 300])), stroking(np.delete(every, [40]))]
+    kept = in_step(trials)
+    assert [at.size for _, at in kept] == [497, 497, 497]
+    times = [trials[place].times[at] for place, at in kept]
+    assert np.array_equal(times[0], times[1])
+    assert np.array_equal(times[0], times[2])
 
 
 @pytest.mark.parametrize("other", [lambda x: 0.5 * x, lambda x: x[::-1] ** 2])

@@ -8,6 +8,7 @@ from evat.experiment import ExperimentError
 from evat.identification.objective import Objective
 from evat.inference.checks import opposed, rms, unit_ratio
 from evat.model import ParameterError
+from evat.required_inputs import LAW
 
 PROBES = 4
 
@@ -27,7 +28,7 @@ def check_influence(objective: Objective, seed: int) -> None:
         seen |= np.array([not np.array_equal(row, rows[0], equal_nan=True) for row in rows[1:]])
     idle = [name for name, some in zip(names, seen, strict=True) if not some]
     if idle:
-        law = objective.prediction.nominal.get("friction_law", "of the model")
+        law = {**objective.prediction.nominal, **objective.values}.get(LAW, "of the model")
         raise ParameterError(
             f"free parameter {', '.join(idle)}: nothing that was measured depends on it, whatever its value. The friction law {law} with "
             f"the effects {', '.join((*objective.prediction.experiment.nominal.effects, *objective.on)) or 'none'} does not use "

@@ -6,13 +6,13 @@ Noise that goes on from sample to sample widens what was not whitened: a sandwic
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.stats import chi2
 
 from evat.identification.fits import fits_of, unexplained
-from evat.identification.held import moved_by_held
+from evat.identification.held import moved_by_clocks, moved_by_damping, moved_by_held
 from evat.identification.objective import Objective
 from evat.identification.result import ChannelFit
 from evat.inference.noise.autoregression import WHITE, autoregression, correlated, innovation_sd
@@ -68,7 +68,9 @@ class Optimum:
     correlated noise exceeds white one; covariance : of the point of the cube; degrees : (p,) of freedom from which a parameter's sd is
     known; pull : (p,) how steeply the loss falls beyond the point, in sd of each parameter alone: about 0 but on a bound; held[name] :
     (p,) by how much each parameter is likely to be another because a nominal value that is held is, or the gain or the zero of a channel
-    is off in all trials alike, in sd of the parameter; nan where the model runs at neither end of what that value may be.
+    is off in all trials alike, in sd of the parameter; nan where the model runs at neither end of what that value may be; clocks[name] :
+    (p,) by how much a clock that is one of its sd off would move each, in sd of the parameter, which these do not hold; damping : the way
+    of damping that nobody has chosen, "" where somebody has, and by how much that would, in sd by noise alone.
     """
 
     point: FloatArray
@@ -82,6 +84,8 @@ class Optimum:
     pull: FloatArray
     calls: int
     held: Mapping[str, FloatArray]
+    clocks: Mapping[str, FloatArray] = field(default_factory=dict)
+    damping: tuple[str, FloatArray] = ("", np.zeros(0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,6 +102,10 @@ class _Spread:
     def widened(self, factors: FloatArray) -> _Spread:
         """With each standard deviation this many times as large, (p,); correlations stay."""
         return _Spread(_scaled(self.covariance, factors), self.stretch * factors**2)
+
+    def beside(self, other: FloatArray) -> _Spread:
+        """With the covariance (p, p) of another cause, which moves parameters together: a gain all that are forces."""
+        return _Spread(self.covariance + other, self.stretch * (1 + np.diag(other) / self.variances))
 
 
 def _scaled(covariance: FloatArray, factors: FloatArray) -> FloatArray:
@@ -137,15 +145,21 @@ def optimum_at(objective: Objective, loss: Loss, point: FloatArray, least: float
             break
     if misses:  # then the shape of the law is in question, too
         moved, shift, _ = moved_by_held(objective, loss.weigh, slopes, table, psi, unit, point, predicted, inverse, True)
-    for more in (shift, _astray(objective, fits, table)):
-        spread = spread.widened(np.sqrt(1 + more / spread.variances))
+    spread = spread.beside(shift)
+    spread = spread.widened(np.sqrt(1 + _astray(objective, fits, table) / spread.variances))
     ratio = apart / spread.variances
     if recordings and np.max(ratio) > chi2.ppf(1 - CHANCE / point.size, recordings) / recordings:
         # What pulls recordings apart beyond their noise, be it a gain or what the model lacks, is known from so few recordings only.
         spread = spread.widened(np.sqrt(np.maximum(ratio, 1.0)))
         degrees = np.minimum(degrees, recordings)
     held = {name: steps / np.sqrt(spread.variances) for name, steps in moved.items()}
-    return Optimum(point, residual, loss, least, unit, spread.stretch, spread.covariance, degrees, pull, calls + 1 + point.size, held)
+    clocks = {
+        name: steps / np.sqrt(spread.variances)
+        for name, steps in moved_by_clocks(objective, loss.weigh, slopes, predicted, inverse).items()
+    }
+    other, away = moved_by_damping(objective, loss.weigh, slopes, point, predicted, inverse)
+    damping, calls = (other, away / np.sqrt(np.diag(plain))), calls + 1 + point.size  # be it what the model is seen to miss
+    return Optimum(point, residual, loss, least, unit, spread.stretch, spread.covariance, degrees, pull, calls, held, clocks, damping)
 
 
 def _astray(objective: Objective, fits: Mapping[str, ChannelFit], table: FloatArray) -> FloatArray:

@@ -11,9 +11,10 @@ from collections.abc import Callable
 import numpy as np
 
 from evat.identification.objective import Objective
-from evat.inference.setup.setup_errors import GAIN, ZERO, by_channel
+from evat.inference.setup.setup_errors import CLOCK, GAIN, ZERO, by_channel
 from evat.model import FloatArray
 
+DAMPING = "damping_mode"  # the choice of whether a law's damping is limited to what dissipates
 FREED = 0.999  # correlation of what a set-up error does with what an effect does, from which the one is the other
 
 
@@ -30,15 +31,15 @@ def moved_by_held(
     with_shapes: bool,
 ) -> tuple[dict[str, FloatArray], FloatArray, FloatArray]:
     """By each nominal value that is held, and each gain and zero of a channel: how far (p,) the optimum is likely to lie from here, in the
-    cube, because that is another, by what its owner knows of it and what these data tell; the square (p,) of how far by all of them; and
-    what the prediction (N,), SI, changes by once they are where the data want them.
+    cube, because that is another, by what its owner knows of it and what these data tell; the covariance (p, p) of how far by all of them;
+    and what the prediction (N,), SI, changes by once they are where the data want them.
 
     slopes : (N, p) and psi : (N,), weighed; table : (N, p), the slopes as they are; unit : the loss's rise that is one sd, squared, over
     2; predicted : (N,), SI; covariance : (p, p), over that unit; with_shapes : shapes of the law are held values, too.
     """
     columns = {**_by_held_values(objective, point, predicted, with_shapes), **_by_setup(objective, weigh, slopes, predicted)}
     if not columns:
-        return {}, np.zeros(point.size), np.zeros(predicted.size)
+        return {}, np.zeros((point.size, point.size)), np.zeros(predicted.size)
     changes = np.array(list(columns.values())).T
     runs = np.all(np.isfinite(changes), axis=0)
     changes = np.where(runs, changes, 0.0)
@@ -50,8 +51,11 @@ def moved_by_held(
     likely = np.sqrt(np.diag(spread) + wanted**2)
     moved = {name: steps[:, at] * likely[at] if runs[at] else np.full(point.size, np.nan) for at, name in enumerate(columns)}
     # What two of them may be off by is told together: where data tell their sum, one makes up for the other.
-    square: FloatArray = np.einsum("pi,ij,pj->p", steps, spread, steps) + np.max([(steps @ wanted) ** 2, steps**2 @ wanted**2], axis=0)
-    return moved, square, changes @ wanted + table @ (steps @ wanted)
+    together = steps @ wanted
+    square = np.einsum("pi,ij,pj->p", steps, spread, steps) + np.max([together**2, steps**2 @ wanted**2], axis=0)
+    shared = steps @ (spread + np.diag(wanted**2)) @ steps.T + np.outer(together, together)
+    factors = np.sqrt(np.divide(square, np.diag(shared), out=np.zeros_like(square), where=np.diag(shared) > 0))
+    return moved, shared * np.outer(factors, factors), changes @ wanted + table @ (steps @ wanted)
 
 
 def _by_held_values(objective: Objective, point: FloatArray, predicted: FloatArray, with_shapes: bool) -> dict[str, FloatArray]:
@@ -80,15 +84,52 @@ def _by_setup(
 ) -> dict[str, FloatArray]:
     """What the prediction (N,) changes by, in SI, where the gain or the zero of a channel is one sd off in all trials alike: repeats show
     nothing of that, and every force of the law follows it. Not where the fit frees an effect that does the same to the record."""
-    setup, effects = objective.prediction.setup, objective.prediction.model.effects
-    may_be_it = {v.name for effect in effects for v in effect.variables if math.isfinite(v.neutral)}
-    free = slopes[:, [name in may_be_it for name in objective.space.names]]
-    own, columns = free / np.maximum(np.linalg.norm(free, axis=0), 1e-300), dict[str, FloatArray]()
-    for parameter in setup.parameters:
-        if by_channel(parameter.name)[1] not in (GAIN, ZERO):
-            continue
-        column = parameter.sd * setup.slopes(predicted, parameter.name, {})
-        weighed = weigh(column)
-        if not np.any(np.abs(own.T @ weighed) > FREED * np.linalg.norm(weighed)):
-            columns[parameter.name] = column
+    columns = dict[str, FloatArray]()
+    for parameter in objective.prediction.setup.parameters:
+        if by_channel(parameter.name)[1] in (GAIN, ZERO):
+            column = parameter.sd * objective.prediction.setup.slopes(predicted, parameter.name, {})
+            if not _is_freed(objective, slopes, weigh(column)):
+                columns[parameter.name] = column
     return columns
+
+
+def moved_by_clocks(
+    objective: Objective, weigh: Callable[[FloatArray], FloatArray], slopes: FloatArray, predicted: FloatArray, covariance: FloatArray
+) -> dict[str, FloatArray]:
+    """By the clock of each channel, off by one of its sd in all trials alike: how far (p,) that moves the optimum, in the cube. Told and
+    not in intervals: what else a lag does shows where a force jumps, and samples do not say when it did. As in moved_by_held."""
+    setup, moved = objective.prediction.setup, dict[str, FloatArray]()
+    for parameter in setup.parameters:
+        if by_channel(parameter.name)[1] == CLOCK:
+            column = weigh(parameter.sd * setup.slopes(predicted, parameter.name, {}))
+            if not _is_freed(objective, slopes, column):
+                moved[parameter.name] = -covariance @ (slopes.T @ column)
+    return moved
+
+
+def moved_by_damping(
+    objective: Objective,
+    weigh: Callable[[FloatArray], FloatArray],
+    slopes: FloatArray,
+    point: FloatArray,
+    predicted: FloatArray,
+    covariance: FloatArray,
+) -> tuple[str, FloatArray]:
+    """By the other way in which a law's damping may act, where nobody has stated one: which that is, and how far (p,) it moves the optimum,
+    in the cube; "" where it was stated. As in moved_by_held."""
+    prediction, none = objective.prediction, np.zeros(slopes.shape[1])
+    variable = next((each for each in prediction.model.variables if each.name == DAMPING), None)
+    if variable is None or DAMPING in {**prediction.experiment.nominal.values, **objective.values}:
+        return "", none
+    usual = variable.choices[int(variable.start)]
+    other = next(choice for choice in variable.choices if choice != usual)
+    changed = prediction.one({**objective.values, **objective.space.at(point), DAMPING: other}, objective.on)
+    return other, -covariance @ (slopes.T @ weigh(changed - predicted)) if np.all(np.isfinite(changed)) else none
+
+
+def _is_freed(objective: Objective, slopes: FloatArray, column: FloatArray) -> bool:
+    """Whether the fit frees an effect that does to the record what a set-up error (N,), weighed, does."""
+    may_be_it = {v.name for effect in objective.prediction.model.effects for v in effect.variables if math.isfinite(v.neutral)}
+    free = slopes[:, [name in may_be_it for name in objective.space.names]]
+    own = free / np.maximum(np.linalg.norm(free, axis=0), 1e-300)
+    return bool(np.any(np.abs(own.T @ column) > FREED * np.linalg.norm(column)))

@@ -14,6 +14,7 @@ from evat.experiment import Experiment, ExperimentError
 from evat.identification.check import check_influence, check_signs, suspicious_scales
 from evat.identification.covariance import Optimum
 from evat.identification.fits import fit_doubts, fits_of, held_out_fits, misfits
+from evat.identification.held import DAMPING
 from evat.identification.objective import Objective
 from evat.identification.polish import polish
 from evat.identification.profile import BetterPoint, Profile, profile
@@ -97,6 +98,8 @@ def _identified(experiment: Experiment, model: Model, free: Sequence[str], setti
             *_held(objective, optimum),
             *_begun(objective, optimum),
             *_late(objective, identified),
+            *_clocks(objective, optimum),
+            *_damping(objective, optimum),
         ),
         made_by={
             "evat": importlib.metadata.version("evat"),
@@ -112,6 +115,9 @@ def _identified(experiment: Experiment, model: Model, free: Sequence[str], setti
     )
 
 
+CHOICE_MATTERS = 1.0  # standard errors that a choice nobody has made moves an estimate, from which on it is told
+CLOCK_MATTERS = 2.0  # standard errors that a lag moves an estimate, from which on it is told
+CLOCK_TOLD = 3  # parameters that it moves most
 SETUP_DOMINATES = 0.5  # of an estimate's variance, from which it is told that a set-up error gives it
 HELD_MATTERS = 0.3  # sd by which a nominal value that is held moves an estimate, from where it is told
 
@@ -163,6 +169,35 @@ def _begun(objective: Objective, optimum: Optimum) -> tuple[str, ...]:
     prediction = objective.at(optimum.point)
     predicted = prediction.measured + optimum.residual
     return beginnings(begun(prediction, predicted))
+
+
+def _clocks(objective: Objective, optimum: Optimum) -> tuple[str, ...]:
+    """Parameters for which a lag of a channel that nobody would notice stands in, and which intervals do not hold."""
+    setup, doubts = {parameter.name: parameter for parameter in objective.prediction.setup.parameters}, list[str]()
+    for name, moved in optimum.clocks.items():
+        far = {own: abs(by) for own, by in zip(objective.space.names, moved, strict=True) if abs(by) > CLOCK_MATTERS}
+        if far:
+            channel = by_channel(name)[0].replace("_", " ")
+            most = sorted(far, key=lambda own: -far[own])[:CLOCK_TOLD]
+            by = ", ".join(f"{own} by {far[own]:.2g}" for own in most)
+            doubts.append(
+                f"intervals take the clock of {channel} for exact: one that is {setup[name].sd:.3g} s off, as setup_sd says, moves "
+                f"{by} standard errors. Know the lag of the channels, and state setup_sd"
+            )
+    return tuple(doubts)
+
+
+def _damping(objective: Objective, optimum: Optimum) -> tuple[str, ...]:
+    """Whether estimates hang on how damping acts where a bristle yields, which nobody has stated."""
+    other, moved = optimum.damping
+    far = {name: abs(by) for name, by in zip(objective.space.names, moved, strict=False) if abs(by) > CHOICE_MATTERS}
+    if not far:
+        return ()
+    by = ", ".join(f"{name} by {sds:.2g}" for name, sds in far.items())
+    return (
+        f"nobody has stated {DAMPING}: with {other} in place of what the component starts with estimates move, in standard errors by noise "
+        f"alone, {by}. State in [nominal] which law is meant",
+    )
 
 
 def _late(objective: Objective, identified: Mapping[str, float]) -> tuple[str, ...]:

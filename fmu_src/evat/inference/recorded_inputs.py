@@ -97,11 +97,38 @@ def same_motion(trials: Sequence[Trial]) -> list[list[int]]:
     return groups
 
 
+def comparable(trials: Sequence[Trial], shortest: int = 1) -> list[list[tuple[int, IntArray]]]:
+    """Repeats among the recordings of a condition that can be compared sample by sample, with the samples in which they can: those that
+    recorded one motion, `shortest` samples long at least, or where these are more, those that are brought in step."""
+    alike = [group for group in same_motion(trials) if len(group) > 1 and trials[group[0]].times.size >= shortest]
+    compared = sum(map(len, alike))
+    step = in_step(trials) if len(trials) > max(compared, 1) else []
+    if len(step) > max(compared, 1):
+        return [step]
+    return [[(each, np.arange(trials[each].times.size)) for each in group] for group in alike]
+
+
 def in_step(trials: Sequence[Trial]) -> list[tuple[int, IntArray]]:
-    """Repeats that began at another moment of one motion, each with the samples in which it is in step with the others; those that follow
-    no such motion are left out. What moves by itself, with no recorded input, does so by its clock."""
+    """Repeats of one motion that began at another moment of it, or lack samples, each with those in which it is in step with the others;
+    those that follow no such motion are left out. What moves by itself, with no recorded input, does so by its clock."""
     if not trials[0].inputs:
         return _by_clock(trials)
+    both = _by_clock(trials), _by_lag(trials)  # what lacks samples has one lag before the gap and another behind it
+    return max(both, key=lambda kept: (len(kept), -_apart(trials, kept)))
+
+
+def _apart(trials: Sequence[Trial], kept: Sequence[tuple[int, IntArray]]) -> float:
+    """Mean square of what the inputs of recordings that were brought in step differ by, in that of the inputs."""
+    total = 0.0
+    for place, at in kept[1:]:
+        for name, column in trials[kept[0][0]].inputs.items():
+            own = column[kept[0][1]]
+            total += (rms(own - trials[place].inputs[name][at]) / (rms(own) or 1.0)) ** 2
+    return total / max(len(kept) - 1, 1)
+
+
+def _by_lag(trials: Sequence[Trial]) -> list[tuple[int, IntArray]]:
+    """The samples in which motions agree once one is so many samples later."""
     first, kept = trials[0], [(0, 0)]
     for place, trial in enumerate(trials[1:], 1):
         lag = _lag(first, trial) if set(first.inputs) == set(trial.inputs) and dict(first.values) == dict(trial.values) else None
@@ -113,21 +140,35 @@ def in_step(trials: Sequence[Trial]) -> list[tuple[int, IntArray]]:
 
 
 def _by_clock(trials: Sequence[Trial]) -> list[tuple[int, IntArray]]:
-    """The samples that were taken at the same times, of those trials whose samples fall together with those of the first."""
+    """The samples that were taken at the same times, of those trials whose samples fall together with those of the first, and whose
+    motions agree in them."""
     first = trials[0]
     if first.times.size < CONSTANTS.fewest_input_samples:
         return []
     step = first.sampling_interval
+    begins = [
+        0.0 if not trial.inputs else trial.times[0] - first.times[0] for trial in trials
+    ]  # a recorded motion has its own zero of time
     shared, ticks = np.array([], dtype=np.intp), dict[int, IntArray]()
     for place, trial in enumerate(trials):
-        tick = np.round((trial.times - first.times[0]) / step)
-        apart = np.abs(trial.times - first.times[0] - tick * step)
+        since = trial.times - first.times[0] - begins[place]
+        tick = np.round(since / step)
+        apart = np.abs(since - tick * step)
         if dict(trial.values) != dict(first.values) or np.median(apart) > CONSTANTS.clock_together * step or np.any(np.diff(tick) < 1):
             continue
         both = tick.astype(np.intp) if not ticks else np.intersect1d(shared, tick.astype(np.intp))
-        if both.size >= CONSTANTS.fewest_input_samples:
+        if both.size >= CONSTANTS.fewest_input_samples and _follows(first, trial, ticks.get(0, tick).astype(np.intp), tick.astype(np.intp)):
             shared, ticks[place] = both, tick.astype(np.intp)
     return [(place, np.flatnonzero(np.isin(own, shared))) for place, own in ticks.items()]
+
+
+def _follows(one: Trial, other: Trial, ticks: IntArray, others: IntArray) -> bool:
+    """Whether the motions agree in the samples that were taken at the same times."""
+    if set(one.inputs) != set(other.inputs):
+        return False
+    _, here, there = np.intersect1d(ticks, others, return_indices=True)
+    own, its = ({name: column[at] for name, column in trial.inputs.items()} for trial, at in ((one, here), (other, there)))
+    return _agree(own, its, CONSTANTS.alike_inputs, CONSTANTS.in_step)
 
 
 def _lag(one: Trial, other: Trial) -> int | None:
@@ -147,7 +188,10 @@ def _lag(one: Trial, other: Trial) -> int | None:
     begins, ends = np.maximum(0, -lags), np.minimum(a.size, b.size - lags)
     sums_a, sums_b = (np.concatenate([[0.0], np.cumsum(column**2)]) for column in (a, b))
     squares = sums_a[ends] - sums_a[begins] + sums_b[ends + lags] - sums_b[begins + lags] - 2 * correlate(b, a)[lags + a.size - 1]
-    lag = int(lags[np.argmin(squares / (ends - begins))])
+    apart = squares / (ends - begins)
+    # Of lags that a motion which repeats itself leaves open the shortest.
+    as_good = apart <= (1 + CONSTANTS.lag_tie) * np.min(apart) + CONSTANTS.lag_rounding * float(np.mean(a**2))
+    lag = int(min(lags[as_good], key=abs))
     begin, end = max(0, -lag), min(a.size, b.size - lag)
     here = {key: column[begin:end] for key, column in one.inputs.items()}
     there = {key: column[begin + lag : end + lag] for key, column in other.inputs.items()}

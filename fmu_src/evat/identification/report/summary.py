@@ -24,7 +24,7 @@ def headline(identification: Identification) -> Headline:
     names = {word: [each.name for each in identification.estimates if each.verdict == word] for word in _WORDS}
     missed = misfits(identification.fits)
     if missed:
-        repeated = all(math.isfinite(identification.fits[channel].noise) for channel in missed)
+        repeated = all(math.isfinite(identification.fits[channel].repeated) for channel in missed)
         return Headline(
             "withheld",
             "bad",

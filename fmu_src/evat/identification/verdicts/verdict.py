@@ -67,7 +67,7 @@ def estimates(
                 nominal=one.start,
                 bounds=(one.low, one.high),
                 value=one.value(u),
-                sd=float(np.inf) if sd_u > LOOSE / 10 else sd_u * one.slope(u),
+                sd=float(np.inf) if sd_u > LOOSE / 10 or told == "not identifiable" else sd_u * one.slope(u),
                 low=float("nan") if curve is None else one.value(curve.low),
                 high=float("nan") if curve is None else one.value(curve.high),
                 open_below=curve is not None and curve.open_below,
@@ -126,8 +126,13 @@ def _why(objective: Objective, related: FloatArray, place: int, edge: str, profi
     if profile is not None and profile.valleys:
         parts.append("a second set of values, apart from this one, fits almost as well; the interval holds both")
     if profile is not None:
-        if profile.open_below and profile.open_above and float(np.max(profile.rise)) < 0.1 * profile.threshold:
-            parts.append("its profile is flat: within the bounds hardly anything that was measured depends on it")
+        if profile.open_below and profile.open_above:
+            flat = float(np.max(profile.rise)) < 0.1 * profile.threshold
+            parts.append(
+                "its profile is flat: within the bounds hardly anything that was measured depends on it"
+                if flat
+                else "the data object at neither bound once the other parameters have followed"
+            )
         elif profile.open_above != profile.open_below:
             side = "above" if profile.open_below else "below"
             end = one.value(profile.high if profile.open_below else profile.low)

@@ -18,8 +18,8 @@ from evat.inference.noise.discontinuities import bends
 from evat.inference.noise.irregularity import Irregularity, bursts, irregular, without_lines
 from evat.inference.noise.means import nugget, replicate_sd
 from evat.inference.prediction import Prediction, Segment
-from evat.inference.recorded_inputs import in_step, same_motion
-from evat.model import BoolArray, FloatArray, IntArray
+from evat.inference.recorded_inputs import comparable
+from evat.model import BoolArray, FloatArray
 
 RANDOM_EFFECTS = ("gain", "zero", "clock")  # between trials
 BETWEEN = len(RANDOM_EFFECTS)
@@ -88,7 +88,9 @@ def estimate_noise(prediction: Prediction, predicted: FloatArray, *, prior: bool
         }
         left, shown, slopes, degrees[channel] = dict[int, FloatArray](), dict[int, FloatArray](), list[tuple[FloatArray, FloatArray]](), 0
         for places in own.values():
-            for alike in _comparable(prediction, places):
+            trials = [prediction.experiment.trials[prediction.segments[place].trial] for place in places]
+            for group in comparable(trials, CONSTANTS.shortest_repeat):
+                alike = [(places[each], at) for each, at in group]
                 rows = np.array([residual[prediction.segments[place].at][at] for place, at in alike])
                 rows = (rows - rows.mean(axis=0)) * np.sqrt(len(alike) / (len(alike) - 1))
                 degrees[channel] += len(alike) - 1
@@ -118,17 +120,24 @@ def estimate_noise(prediction: Prediction, predicted: FloatArray, *, prior: bool
 def repeat_deviations(prediction: Prediction) -> dict[str, list[FloatArray]]:
     """Deviations of repeats of one motion from their mean, channel by channel, scaled to the sd of one of them: with all that differs."""
     deviations: dict[str, list[FloatArray]] = {}
-    motions = {place: number for number, group in enumerate(same_motion(prediction.experiment.trials)) for place in group}
-    groups: dict[tuple[str, int], list[FloatArray]] = {}
-    for segment in prediction.segments:
-        if segment.trial >= 0:
-            comparable = prediction.measured[segment.at] - prediction.own_start[segment.at]
-            groups.setdefault((segment.channel, motions[segment.trial]), []).append(comparable)
-    for (channel, _), columns in groups.items():
-        if len(columns) > 1:
-            table = np.array(columns)
-            deviations.setdefault(channel, []).extend((table - table.mean(axis=0)) * np.sqrt(len(columns) / (len(columns) - 1)))
+    for channel, table in repeats(prediction, prediction.measured - prediction.own_start):
+        deviations.setdefault(channel, []).extend((table - table.mean(axis=0)) * np.sqrt(len(table) / (len(table) - 1)))
     return deviations
+
+
+def repeats(prediction: Prediction, row: FloatArray) -> list[tuple[str, FloatArray]]:
+    """Of a long vector (N,) what recordings of one motion have: a channel and a table (R, n) for each motion that was repeated, of the
+    samples that all R of them have."""
+    segments = {(segment.trial, segment.channel): segment for segment in prediction.segments if segment.trial >= 0}
+    trials, tables = prediction.experiment.trials, list[tuple[str, FloatArray]]()
+    for condition in dict.fromkeys(trial.condition for trial in trials):
+        places = [place for place, trial in enumerate(trials) if trial.condition == condition]
+        for group in comparable([trials[place] for place in places]):
+            for channel in dict.fromkeys(channel for _, channel in segments):
+                own = [(segments[places[each], channel], at) for each, at in group if (places[each], channel) in segments]
+                if len(own) > 1:
+                    tables.append((channel, np.array([row[segment.at][at] for segment, at in own])))
+    return tables
 
 
 def repeatability(prediction: Prediction) -> dict[str, float]:
@@ -214,18 +223,6 @@ def _stated(prediction: Prediction, channel: str, filter_: FloatArray, sizes: Fl
 
 def _step(prediction: Prediction, place: int) -> float:
     return prediction.experiment.trials[prediction.segments[place].trial].sampling_interval
-
-
-def _comparable(prediction: Prediction, places: Sequence[int]) -> list[list[tuple[int, IntArray]]]:
-    """Repeats of a condition that can be compared sample by sample, with the samples in which they can: those that recorded one motion, or
-    where these are more, those that are brought in step."""
-    trials = [prediction.experiment.trials[prediction.segments[place].trial] for place in places]
-    alike = [group for group in same_motion(trials) if len(group) > 1 and trials[group[0]].times.size >= CONSTANTS.shortest_repeat]
-    compared = sum(map(len, alike))
-    step = in_step(trials) if len(trials) > max(compared, 1) else []
-    if len(step) > max(compared, 1):
-        return [[(places[each], at) for each, at in step]]
-    return [[(places[each], np.arange(trials[each].times.size)) for each in group] for group in alike]
 
 
 def _basis(prediction: Prediction, segment: Segment, predicted: FloatArray) -> FloatArray:

@@ -12,24 +12,18 @@ import numpy as np
 from scipy.stats import f, norm
 
 from evat.experiment import Means
+from evat.inference.noise.estimate import repeats
 from evat.inference.prediction import Prediction
-from evat.inference.recorded_inputs import same_motion
 from evat.model import FloatArray
 
 
 def lack_of_fit(prediction: Prediction, residual: FloatArray) -> dict[str, float]:
     """By channel, how many sd the mean square of what repeats share of a residual (N,) lies above what their noise leaves there; of the
     channels that have repeats."""
-    groups: dict[tuple[str, int], list[FloatArray]] = {}
-    motions = {place: number for number, group in enumerate(same_motion(prediction.experiment.trials)) for place in group}
-    for segment in prediction.segments:
-        if segment.trial >= 0:
-            own = residual[segment.at] + prediction.own_start[segment.at]
-            groups.setdefault((segment.channel, motions[segment.trial]), []).append(own)
     by_channel: dict[str, list[FloatArray]] = {}
-    for (channel, _), rows in groups.items():
-        if len(rows) > 1 and rows[0].size > 1 and any(not np.array_equal(row, rows[0]) for row in rows[1:]):
-            by_channel.setdefault(channel, []).append(np.array(rows))
+    for channel, table in repeats(prediction, residual + prediction.own_start):
+        if table.shape[1] > 1 and np.any(table != table[0]):
+            by_channel.setdefault(channel, []).append(table)
     excess = {channel: _of_repeats(tables) for channel, tables in by_channel.items()}
     if (means := prediction.experiment.means) is not None:
         for channel in means.outputs:

@@ -1,0 +1,95 @@
+"""Is what an interval does not hold told beside it: a lag of the channels, a choice that nobody made, and what moves estimates together?"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from evat.experiment import Experiment, SetupSd, Trial
+from evat.identification import Identification, Settings, identify
+from evat.model import ParameterError
+from known_rigs import FREE, MODEL, STEP, TO_AND_FRO, TRUTH, exact, experiment, force, trial
+
+PRESLIDING = 0.002 * np.sin(2 * np.pi * 25 * np.arange(500) * STEP)
+NEAR = {**TRUTH, "F_C": 8.0, "F_S": 10.0, "sigma0": 9e4, "sigma1": 350.0, "sigma2": 35.0, "v_s": 1.2e-2}
+STATED = {**NEAR, "damping_mode": "dissipative"}
+
+
+def rig(*, repeats: int = 2, setup: SetupSd | None = None, noise: float = 0.005, **more: float | str) -> Experiment:
+    made = []
+    for place, slip in enumerate((TO_AND_FRO[:500], PRESLIDING)):
+        clean = force(slip, {**TRUTH, **more})
+        made += [trial(slip, f"c{place}", noise=noise, seed=10 * place + n, measured=clean) for n in range(repeats)]
+    whole = exact(experiment(*made, nominal={**STATED, **more}))
+    return whole if setup is None else replace(whole, setup_sd={"friction_force": setup})
+
+
+def fitted(made: Experiment, *, profiles: bool = False, **values: float | str) -> Identification:
+    return identify(made, MODEL, FREE, Settings(search="none", profiles=profiles, values=values))
+
+
+def test_a_lag_that_stands_in_for_damping_is_told() -> None:
+    """One of half a sample moves sigma1 by sigma0 times as much, and no interval says so. Not where the clocks are known to be right."""
+    said = fitted(rig(setup=SetupSd(gain=0.0, zero=0.0, clock=STEP / 2))).doubts
+    (doubt,) = (each for each in said if "take the clock" in each)
+    assert "0.001 s off" in doubt
+    assert "sigma1 by" in doubt
+    assert not any("take the clock" in each for each in fitted(rig()).doubts)
+
+
+def test_a_damping_that_is_limited_in_these_records_is_told() -> None:
+    """In 40 records of plain LuGre one had v_s 6.9 standard errors off, and not a word of the limit. Not where it was stated."""
+    fast = np.concatenate([TO_AND_FRO[:500], 4 * TO_AND_FRO[:500]])
+    clean = force(fast, {**TRUTH, "sigma1": 600.0, "damping_mode": "as_published"})
+    trials = [trial(fast, noise=0.002, seed=seed, measured=clean) for seed in range(2)]
+    told = []
+    for nominal in (NEAR, {**NEAR, "damping_mode": "as_published"}):
+        answer = fitted(exact(experiment(*trials, nominal={**nominal, "sigma1": 500.0})))
+        told.append([each for each in answer.doubts if "damping_mode" in each])
+    (doubt,), none = told
+    assert "nobody has stated damping_mode: with as_published" in doubt
+    assert "State in [nominal]" in doubt
+    assert not none
+
+
+def test_a_gain_moves_all_forces_together() -> None:
+    """By a gain known to 2 % F_C and F_S are wrong as one, and their difference is not: correlations that noise alone would give had that
+    difference three times as uncertain."""
+    exactly, by_gain = fitted(rig()), fitted(rig(setup=SetupSd(gain=0.02, zero=0.0, clock=0.0)))
+    assert by_gain["F_C"].sd > 5 * exactly["F_C"].sd
+    places = [FREE.index(name) for name in ("F_C", "F_S", "sigma0")]
+    assert np.min(by_gain.correlation[np.ix_(places, places)]) > 0.95
+    assert np.min(exactly.correlation[np.ix_(places, places)]) < 0.9
+
+
+@pytest.mark.parametrize("lost", ["ends", "samples"])
+def test_repeats_of_other_lengths_tell_the_noise(lost: str) -> None:
+    """Each recording ends at another sample, or lacks some: they counted as none, and F_C was known sixteen times worse."""
+    made = rig(repeats=3)
+
+    def cut(place: int, each: Trial) -> Trial:
+        kept = (
+            np.arange(500 - 13 * (place % 3)) if lost == "ends" else np.delete(np.arange(500), [] if place % 3 == 0 else [90 + place, 300])
+        )
+        columns = {name: column[kept] for name, column in each.inputs.items()}
+        return replace(each, times=each.times[kept], inputs=columns, outputs={name: row[kept] for name, row in each.outputs.items()})
+
+    ragged = replace(made, trials=tuple(cut(place, each) for place, each in enumerate(made.trials)))
+    whole, less = fitted(made), fitted(ragged)
+    assert less.fits["friction_force"].noise == pytest.approx(whole.fits["friction_force"].noise, rel=0.1)
+    assert less["F_C"].sd < 2 * whole["F_C"].sd
+
+
+def test_what_no_data_tell_has_no_standard_error() -> None:
+    """Where static friction is kinetic friction nobody sees at which speed the one goes over into the other: a draw is even between the
+    bounds, and not within a standard error of the middle."""
+    answer = identify(rig(F_C=9.0, F_S=9.0005), MODEL, ("sigma0", "v_s"), Settings(search="none"))
+    assert answer["v_s"].verdict == "not identifiable"
+    assert answer["v_s"].sd == np.inf
+    assert "noise is too large" not in answer["v_s"].why
+
+
+def test_the_law_that_was_chosen_is_named_where_it_does_not_use_a_parameter() -> None:
+    with pytest.raises(ParameterError, match="The friction law coulomb "):
+        identify(rig(), MODEL, ("F_C", "sigma0"), Settings(search="none", values={"friction_law": "coulomb"}))
