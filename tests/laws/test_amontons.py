@@ -24,6 +24,14 @@ def test_under_a_given_load_friction_is_mu_of_it_and_nothing_else() -> None:
     assert rows[:, 1] == pytest.approx(0.3 * load * np.abs(slip), rel=1e-12, abs=1e-12)
 
 
+def test_friction_that_rises_less_than_in_proportion_is_a_load_dependence_of_a_negative_exponent() -> None:
+    """An elastic round contact: mu falls by the third root of the load, and force rises by the square of it (Archard 1957)."""
+    load, times = np.array([1.0, 2.0, 10.0, 40.0, 80.0]), np.arange(5.0)
+    values = {**GIVEN, "amontons.mu": 0.3, "load_dependence": True, "load_dependence.n": -1 / 3, "load_dependence.N_ref": 10.0}
+    force = evat.simulate(values, times=times, inputs={"slip_velocity": np.full(5, 0.1), "normal_load": load})["friction_force"]
+    assert force == pytest.approx(0.3 * 10 * (load / 10) ** (2 / 3), rel=1e-9)
+
+
 def test_a_load_that_nobody_gives_is_asked_for() -> None:
     """In place of the 10 N that stand at the start, by every way to run a contact; where the chip gives it nothing is asked."""
     values, times = {"friction_law": "amontons", "kinematics": "external"}, np.linspace(0, 1, 11)

@@ -8,8 +8,9 @@ enum { ON, N_EXP, N_REF, COUNT };
 static const struct Variable variables[COUNT] = {
     [ON] = {.name = "load_dependence", SWITCH, .meaning = "switch: the friction level follows the normal load",
         .source = "Amontons 1699; Archard 1957 (neither read)"},
-    [N_EXP] = {.name = "load_dependence.n", .unit = "1", .start = 0.7, .min = 0, .max = 2, TUNED,
-        .meaning = "exponent; 1: in proportion; 0: none", .source = "Archard 1957 (not read): 2/3 for an elastic contact"},
+    [N_EXP] = {.name = "load_dependence.n", .unit = "1", .start = 0.7, .min = -0.5, .max = 2, TUNED,
+        .meaning = "exponent; 1: in proportion; 0: none; below 0 beside amontons, whose friction it makes rise less than in "
+            "proportion", .source = "Archard 1957 (not read): 2/3 for an elastic contact, -1/3 beside amontons"},
     [N_REF] = {.name = "load_dependence.N_ref", .unit = "N", .start = 10, .min = 1e-3, .max = 1e6, .nominal = 10, SHAPE,
         TUNED, .meaning = "normal load at which F_C and F_S hold", .source = "guess"},
 };
