@@ -33,9 +33,17 @@ def test_a_lag_that_stands_in_for_damping_is_told() -> None:
     """One of half a sample moves sigma1 by sigma0 times as much, and no interval says so. Not where the clocks are known to be right."""
     said = fitted(rig(setup=SetupSd(gain=0.0, zero=0.0, clock=STEP / 2))).doubts
     (doubt,) = (each for each in said if "take the clock" in each)
-    assert "0.001 s off" in doubt
+    assert "by 0.001 s as setup_sd says" in doubt
     assert "sigma1 by" in doubt
     assert not any("take the clock" in each for each in fitted(rig()).doubts)
+
+
+def test_a_lag_that_the_data_tell_is_no_doubt() -> None:
+    """Where all of a force comes a sample late no value of a law does the same: strokes alone, without presliding, tell the clock."""
+    slip, setup = TO_AND_FRO[:500], {"friction_force": SetupSd(gain=0.0, zero=0.0, clock=STEP / 2)}
+    made = exact(experiment(*(trial(slip, noise=0.005, seed=n) for n in range(2)), nominal=STATED))
+    answer = identify(replace(made, setup_sd=setup), MODEL, ("F_C", "F_S", "sigma2"), Settings(search="none", profiles=False))
+    assert not any("take the clock" in each for each in answer.doubts)
 
 
 def test_a_damping_that_is_limited_in_these_records_is_told() -> None:

@@ -81,8 +81,13 @@ TABLES: dict[str, tuple[Key, ...]] = {
     "[setup_sd.NAME]": (
         Key("gain", "number", "0.01", "standard deviation of its gain; 0 is exact"),
         Key("zero", "number", "0.01 of its root mean square", "of its zero, in the signal's unit"),
-        Key("clock", "number", "one sample", "of its lag, in the unit of the time"),
-        Key("clock_drift", "number", "0.0002", "of the rate at which that lag grows beside a recorded motion or what drives a vibration"),
+        Key("clock", "number", "one sample", "of its lag, in the unit of the time; identify tells what it may move, and takes it for 0"),
+        Key(
+            "clock_drift",
+            "number",
+            "0.0002",
+            "of the rate at which that lag grows beside a recorded motion or what drives a vibration; of a diagnosis alone",
+        ),
     ),
     "[[trials]]": (
         Key("file", "path", "", "inside the folder, written with /", needed=True),

@@ -69,8 +69,8 @@ class Optimum:
     known; pull : (p,) how steeply the loss falls beyond the point, in sd of each parameter alone: about 0 but on a bound; held[name] :
     (p,) by how much each parameter is likely to be another because a nominal value that is held is, or the gain or the zero of a channel
     is off in all trials alike, in sd of the parameter; nan where the model runs at neither end of what that value may be; clocks[name] :
-    (p,) by how much a clock that is one of its sd off would move each, in sd of the parameter, which these do not hold; damping : the way
-    of damping that nobody has chosen, "" where somebody has, and by how much that would, in sd by noise alone.
+    (p,) by how much a clock may move each, as far as its sd and these data leave it open, in sd of the parameter, which do not hold it;
+    damping : the way of damping that nobody has chosen, "" where somebody has, and by how much that would, in sd by noise alone.
     """
 
     point: FloatArray
@@ -155,7 +155,7 @@ def optimum_at(objective: Objective, loss: Loss, point: FloatArray, least: float
     held = {name: steps / np.sqrt(spread.variances) for name, steps in moved.items()}
     clocks = {
         name: steps / np.sqrt(spread.variances)
-        for name, steps in moved_by_clocks(objective, loss.weigh, slopes, predicted, inverse).items()
+        for name, steps in moved_by_clocks(objective, loss.weigh, slopes, unit, predicted, inverse).items()
     }
     other, away = moved_by_damping(objective, loss.weigh, slopes, point, predicted, inverse)
     damping, calls = (other, away / np.sqrt(np.diag(plain))), calls + 1 + point.size  # be it what the model is seen to miss

@@ -15,6 +15,9 @@ from evat.inference.setup.setup_errors import CLOCK, GAIN, ZERO, by_channel
 from evat.model import FloatArray
 
 DAMPING = "damping_mode"  # the choice of whether a law's damping is limited to what dissipates
+# Of what a lag does: so far off is its slope where forces leap between samples. Half of it was no free parameter's, in records whose
+# residual a third of a sample left as it was.
+LEAP_ERROR = 0.6
 FREED = 0.999  # correlation of what a set-up error does with what an effect does, from which the one is the other
 
 
@@ -94,16 +97,24 @@ def _by_setup(
 
 
 def moved_by_clocks(
-    objective: Objective, weigh: Callable[[FloatArray], FloatArray], slopes: FloatArray, predicted: FloatArray, covariance: FloatArray
+    objective: Objective,
+    weigh: Callable[[FloatArray], FloatArray],
+    slopes: FloatArray,
+    unit: float,
+    predicted: FloatArray,
+    covariance: FloatArray,
 ) -> dict[str, FloatArray]:
-    """By the clock of each channel, off by one of its sd in all trials alike: how far (p,) that moves the optimum, in the cube. Told and
-    not in intervals: what else a lag does shows where a force jumps, and samples do not say when it did. As in moved_by_held."""
+    """By the clock of each channel, as far as these data leave it open: how far (p,) that moves the optimum, in the cube. Told and not in
+    intervals: of what a lag does beside what the parameters do little can be told where a force leaps between samples. As in
+    moved_by_held."""
     setup, moved = objective.prediction.setup, dict[str, FloatArray]()
     for parameter in setup.parameters:
         if by_channel(parameter.name)[1] == CLOCK:
             column = weigh(parameter.sd * setup.slopes(predicted, parameter.name, {}))
             if not _is_freed(objective, slopes, column):
-                moved[parameter.name] = -covariance @ (slopes.T @ column)
+                steps = -covariance @ (slopes.T @ column)
+                left, whole = (float(np.sum(part**2)) / unit for part in (column + slopes @ steps, column))
+                moved[parameter.name] = steps / np.sqrt(1 + max(left - LEAP_ERROR**2 * whole, 0.0))
     return moved
 
 

@@ -181,8 +181,8 @@ def _clocks(objective: Objective, optimum: Optimum) -> tuple[str, ...]:
             most = sorted(far, key=lambda own: -far[own])[:CLOCK_TOLD]
             by = ", ".join(f"{own} by {far[own]:.2g}" for own in most)
             doubts.append(
-                f"intervals take the clock of {channel} for exact: one that is {setup[name].sd:.3g} s off, as setup_sd says, moves "
-                f"{by} standard errors. Know the lag of the channels, and state setup_sd"
+                f"intervals take the clock of {channel} for exact: one that is off, by {setup[name].sd:.3g} s as setup_sd says and as "
+                f"far as these data leave it open, moves {by} standard errors. Know the lag of the channels, and state setup_sd"
             )
     return tuple(doubts)
 
