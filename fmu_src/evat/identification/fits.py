@@ -20,6 +20,7 @@ from evat.model import FloatArray, Model
 
 POOR = 0.5  # of eq. 9: a model that misses half of the force
 ABOVE_NOISE = 1.5  # times the repeats' noise: the residual is no longer only noise, however few numbers tell it
+CERTAIN = 37.0  # sd: beyond it a chance is too small for a number
 SURE = 3.0  # sd of chance: many numbers tell less, and it is no noise either
 SLOW = 0.5  # correlation of neighbouring residuals from which something slow is missed
 GROSS = 0.05  # of the rms: a model that misses more than this is not the one whose values were asked for
@@ -91,7 +92,8 @@ def fit_doubts(aim: Objective, fits: Mapping[str, ChannelFit], whiten: bool) -> 
                 "check units, signs and the choice of the law before anything else."
             )
         if math.isfinite(fit.repeated) and (missed := unexplained(fit)):
-            sure = f", {fit.beyond_noise:.0f} sd more than chance makes of it" if fit.beyond_noise > SURE else ""
+            sds = f"{fit.beyond_noise:.0f}" if fit.beyond_noise < CERTAIN else f"more than {CERTAIN:g}"  # a smaller chance is no number
+            sure = f", {sds} sd more than chance makes of it" if fit.beyond_noise > SURE else ""
             doubts.append(
                 f"{channel}: the residual is {fit.rms / fit.repeated:.3g} times the noise that the repeats show{sure}: the model misses "
                 f"something, {100 * missed / fit.rms * fit.share:.2g} % of the rms. The intervals are wider for it, as far as it is small."

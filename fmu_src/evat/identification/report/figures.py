@@ -194,7 +194,7 @@ def _correlation(identification: Identification) -> list[Figure]:
     axis = axes[0, 0]
     axis.grid(visible=False)
     image = axis.imshow(identification.correlation, vmin=-1, vmax=1, cmap="RdBu_r")
-    names = [estimate.name.replace("_", " ") for estimate in identification.estimates]
+    names = [estimate.name for estimate in identification.estimates]
     axis.set_xticks(range(count), names, rotation=45, ha="right")
     axis.set_yticks(range(count), names)
     for row in range(count):
