@@ -6,7 +6,7 @@ A shift of the prediction that all trials share: their prior is that of a diagno
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 
 import numpy as np
 
@@ -40,7 +40,7 @@ def moved_by_held(
     slopes : (N, p) and psi : (N,), weighed; table : (N, p), the slopes as they are; unit : the loss's rise that is one sd, squared, over
     2; predicted : (N,), SI; covariance : (p, p), over that unit; with_shapes : shapes of the law are held values, too.
     """
-    columns = {**_by_held_values(objective, point, predicted, with_shapes), **_by_setup(objective, weigh, slopes, predicted)}
+    columns = {**_by_held_values(objective, point, predicted, with_shapes), **_by_setup(objective, weigh, slopes, predicted, (GAIN, ZERO))}
     if not columns:
         return {}, np.zeros((point.size, point.size)), np.zeros(predicted.size)
     changes = np.array(list(columns.values())).T
@@ -83,13 +83,17 @@ def _by_held_values(objective: Objective, point: FloatArray, predicted: FloatArr
 
 
 def _by_setup(
-    objective: Objective, weigh: Callable[[FloatArray], FloatArray], slopes: FloatArray, predicted: FloatArray
+    objective: Objective,
+    weigh: Callable[[FloatArray], FloatArray],
+    slopes: FloatArray,
+    predicted: FloatArray,
+    kinds: Collection[str],
 ) -> dict[str, FloatArray]:
-    """What the prediction (N,) changes by, in SI, where the gain or the zero of a channel is one sd off in all trials alike: repeats show
+    """What the prediction (N,) changes by, in SI, where a set-up error of these kinds is one sd off in all trials alike: repeats show
     nothing of that, and every force of the law follows it. Not where the fit frees an effect that does the same to the record."""
     columns = dict[str, FloatArray]()
     for parameter in objective.prediction.setup.parameters:
-        if by_channel(parameter.name)[1] in (GAIN, ZERO):
+        if by_channel(parameter.name)[1] in kinds:
             column = parameter.sd * objective.prediction.setup.slopes(predicted, parameter.name, {})
             if not _is_freed(objective, slopes, weigh(column)):
                 columns[parameter.name] = column
@@ -107,14 +111,12 @@ def moved_by_clocks(
     """By the clock of each channel, as far as these data leave it open: how far (p,) that moves the optimum, in the cube. Told and not in
     intervals: of what a lag does beside what the parameters do little can be told where a force leaps between samples. As in
     moved_by_held."""
-    setup, moved = objective.prediction.setup, dict[str, FloatArray]()
-    for parameter in setup.parameters:
-        if by_channel(parameter.name)[1] == CLOCK:
-            column = weigh(parameter.sd * setup.slopes(predicted, parameter.name, {}))
-            if not _is_freed(objective, slopes, column):
-                steps = -covariance @ (slopes.T @ column)
-                left, whole = (float(np.sum(part**2)) / unit for part in (column + slopes @ steps, column))
-                moved[parameter.name] = steps / np.sqrt(1 + max(left - LEAP_ERROR**2 * whole, 0.0))
+    moved = dict[str, FloatArray]()
+    for name, change in _by_setup(objective, weigh, slopes, predicted, (CLOCK,)).items():
+        column = weigh(change)
+        steps = -covariance @ (slopes.T @ column)
+        left, whole = (float(np.sum(part**2)) / unit for part in (column + slopes @ steps, column))
+        moved[name] = steps / np.sqrt(1 + max(left - LEAP_ERROR**2 * whole, 0.0))
     return moved
 
 
