@@ -146,9 +146,8 @@ def _by_clock(trials: Sequence[Trial]) -> list[tuple[int, IntArray]]:
     if first.times.size < CONSTANTS.fewest_input_samples:
         return []
     step = first.sampling_interval
-    begins = [
-        0.0 if not trial.inputs else trial.times[0] - first.times[0] for trial in trials
-    ]  # a recorded motion has its own zero of time
+    # A recorded motion has its own zero of time; what moves by itself has that of its clock.
+    begins = [trial.times[0] - first.times[0] if trial.inputs else 0.0 for trial in trials]
     shared, ticks = np.array([], dtype=np.intp), dict[int, IntArray]()
     for place, trial in enumerate(trials):
         since = trial.times - first.times[0] - begins[place]
