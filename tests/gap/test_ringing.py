@@ -37,8 +37,8 @@ def ringing(force: FloatArray) -> FloatArray:
 
 
 def test_a_platform_that_rings_between_two_harmonics_of_the_vibration_is_named() -> None:
-    """A resonance shows within a tenth of its own period only: of nine that were tried over the record none was that near, what is plausible
-    lay a thousand prior standard deviations below it, and the cause was unknown."""
+    """A resonance shows within a tenth of its own period only: of nine that were tried over the record none was that near, what is
+    plausible lay a thousand prior standard deviations below it, and the cause was unknown."""
     model, draw, trials = ContactModel(threads=1), np.random.default_rng(4), list[Trial]()
     fine, times = np.arange(4 * (BEFORE + SAMPLES)) * STEP / 4, np.arange(SAMPLES) * STEP
     for place, speed in enumerate((0.1, 0.25, 0.35)):
