@@ -267,6 +267,15 @@ class _Constants(ConstantTable):
     most_lags = Constant(6, "samples", "of an autoregression")
     samples_per_lag = Constant(20, "samples", "for each coefficient of an autoregression; from fewer none is estimated")
     clipped_at = Constant(4.0, "robust sd", "beyond which a sample counts as no more than that")
+    calm_window = Constant(24, "samples", "less a parabola: what a model lacks bends more slowly", low=8)
+    calm_quantile = Constant(0.25, "of the windows", "by their mean square, which tell what is calm", low=0.0, high=1.0)
+    calm_squares = Constant(2.0, "of their mean square", "up to which a window is calm", low=1.0)
+    fewest_calm_windows = Constant(16, "windows", "of fewer the correlation of noise is not told", source="safety limit")
+    calm_deviations = Constant(2.0, "over the root of the windows", "log mean square that these may be off by", low=0.0)
+    memory_of_sensors = Constant(
+        (-0.5, 0.8), "lag-one correlation", "of the noise of a sensor, at least and at most; what is smoother may be what a model lacks"
+    )
+    windows_per_cycle = Constant(5, "windows", "a motion that comes back in fewer leaves none of them calm", low=1.0)
     burst_samples = Constant(5, "samples", "a burst fills most of so many")
     burst_height = Constant(7.0, "robust sd of medians", "beyond which they are a burst; noise reaches 5")
     line_height = Constant(40.0, "of the spectrum around", "beyond which it is a line; noise reaches 15")

@@ -13,7 +13,16 @@ import numpy as np
 
 from evat.constants import CONSTANTS
 from evat.experiment import Means
-from evat.inference.noise.autoregression import WHITE, autoregression, impulse_response, innovation_sd, innovations, robust_sd
+from evat.inference.cycles import cycle_samples
+from evat.inference.noise.autoregression import (
+    WHITE,
+    autoregression,
+    impulse_response,
+    innovation_sd,
+    innovations,
+    robust_sd,
+)
+from evat.inference.noise.calm_windows import autoregression_where_calm, innovation_sd_where_calm
 from evat.inference.noise.discontinuities import bends
 from evat.inference.noise.irregularity import Irregularity, bursts, irregular, without_lines
 from evat.inference.noise.means import nugget, replicate_sd
@@ -71,7 +80,8 @@ def estimate_noise(prediction: Prediction, predicted: FloatArray, *, prior: bool
         diagnosis needs them, lest a change of the gain pass for an effect; an interval that is to cover the truth as often as it says
         counts what these data show, and nothing else.
     from_residual : a channel without repeats has the noise that the residual of `predicted` shows, whatever the model lacks in it; else
-        that of the second differences of each recording, which are next to free of what a model lacks.
+        its size is that of the second differences of each recording, which are next to free of what a model lacks, and how it goes on from
+        sample to sample is told where the residual is calm.
     """
     residual = prediction.measured - predicted
     groups: dict[tuple[str, str], list[int]] = {}
@@ -108,8 +118,7 @@ def estimate_noise(prediction: Prediction, predicted: FloatArray, *, prior: bool
             filters[channel] = _of_repeats(left, own.values(), sizes)
         else:
             rows_of = {place: residual[prediction.segments[place].at] for places in own.values() for place in places}
-            filters[channel] = autoregression(list(rows_of.values())) if from_residual else WHITE
-            _unrepeated(rows_of, filters[channel], sizes, from_residual)
+            filters[channel] = _unrepeated(prediction, rows_of, sizes, from_residual)
         _stated(prediction, channel, filters[channel], sizes)
         spread[channel] = _spread(prediction, channel, predicted, slopes, filters[channel], sizes, prior)
     _means(prediction, residual, sizes, from_residual)
@@ -203,13 +212,26 @@ def _of_repeats(left: Mapping[int, FloatArray], conditions: Iterable[Sequence[in
     return filter_
 
 
-def _unrepeated(rows: Mapping[int, FloatArray], filter_: FloatArray, sizes: FloatArray, from_residual: bool) -> None:
-    """Into `sizes` the innovations' sd of a channel that nothing was recorded twice of."""
+def _unrepeated(prediction: Prediction, rows: Mapping[int, FloatArray], sizes: FloatArray, from_residual: bool) -> FloatArray:
+    """The filter of a channel that nothing was recorded twice of, and into `sizes` the innovations' sd of each recording."""
     if from_residual:
+        filter_ = autoregression(list(rows.values()))
         sizes[list(rows)] = innovation_sd(filter_, list(rows.values()))
-        return
-    for place, row in rows.items():
-        sizes[place] = robust_sd(np.diff(row, 2)) / np.sqrt(6) if row.size > 4 else np.std(row)
+        return filter_
+    regular = {place: without_lines(row) for place, row in rows.items()}
+    # A motion that comes back within some windows leaves none of these calm.
+    calm = [
+        row for place, row in regular.items() if not 0 < _cycle(prediction, place) < CONSTANTS.windows_per_cycle * CONSTANTS.calm_window
+    ]
+    told = autoregression_where_calm(calm)
+    filter_ = WHITE if told is None else told
+    for place, row in regular.items():
+        sizes[place] = innovation_sd_where_calm(filter_, row) if row.size > 4 else np.std(row)
+    return filter_
+
+
+def _cycle(prediction: Prediction, place: int) -> float:
+    return cycle_samples(prediction, prediction.segments[place].trial)
 
 
 def _stated(prediction: Prediction, channel: str, filter_: FloatArray, sizes: FloatArray) -> None:
