@@ -64,6 +64,26 @@ def test_sawteeth_are_bursts(width: int) -> None:
     assert irregularity.lines < 0.05
 
 
+@pytest.mark.parametrize("memory", [0.0, 0.5])
+def test_sawteeth_that_fill_recordings_are_no_noise(memory: float) -> None:
+    """What is smoother than the noise between two teeth: four fifths of all, where bursts, lines and wander had none of it."""
+    rows = [noise(seed, memory) + sawtooth(seed) for seed in range(3)]
+    irregularity = irregular(rows, [1e-3] * 3, [FORCE] * 3)
+    assert irregularity.smooth > 0.4
+    assert irregularity.share > 0.6
+    assert "smoother than the noise" in str(irregularity)
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.3, 0.6])
+@pytest.mark.parametrize("tails", [0.0, 3.0])
+def test_noise_is_no_smoother_than_where_it_is_calm(memory: float, tails: float) -> None:
+    shares = [
+        irregular([noise(3 * seed + k, memory, tails, 800) for k in range(3)], [1e-3] * 3, [FORCE[:800]] * 3).smooth for seed in range(30)
+    ]
+    assert max(shares) < 0.2
+    assert np.median(shares) < 0.02
+
+
 def test_a_hum_is_a_line_at_its_frequency() -> None:
     row = noise(4) + 1.5 * np.sin(2 * np.pi * 50.0 * np.arange(COUNT) * 1e-3 + 1.0)
     irregularity = of(row)

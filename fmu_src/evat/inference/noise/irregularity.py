@@ -3,7 +3,8 @@
 A chatter line, a built-up edge that grows and breaks off, a hum, a level that jumps or wanders: their phase or moment differs from repeat
 to repeat, so no model of the contact can have them, and they are no noise either. A single outlier is no burst; a filter of the noise is no
 line; a straight drift is no wander, since every amplifier has one. What fills a recording is told by conditions that do not have it, if it
-is larger there and smoother, too: noise that grows with the force keeps its spectrum.
+is larger there and smoother, too: noise that grows with the force keeps its spectrum. What fills stretches of recordings
+is told by the others, in the same way.
 """
 
 from __future__ import annotations
@@ -15,14 +16,16 @@ import numpy as np
 from scipy.ndimage import binary_dilation, median_filter
 
 from evat.constants import CONSTANTS
-from evat.inference.noise.autoregression import robust_sd
+from evat.inference.noise.autoregression import autocovariance, robust_sd
+from evat.inference.noise.calm_windows import autoregression_where_calm, innovation_sd_where_calm, window_count
 from evat.model import BoolArray, FloatArray
 
 
 @dataclass(frozen=True)
 class Irregularity:
     """Of one channel: the mean square of what repeats do not share [unit squared], the shares of it in bursts, in lines, in wander and in
-    what some conditions have beside these and others have not, and the frequency [Hz] of the strongest line, 0 where there is none."""
+    what some conditions have beside these and others have not, in stretches that are smoother than the noise is where it is calm, and the
+    frequency [Hz] of the strongest line, 0 where there is none."""
 
     square: float = 0.0
     bursts: float = 0.0
@@ -30,10 +33,11 @@ class Irregularity:
     frequency: float = 0.0
     wander: float = 0.0
     of_some_conditions: float = 0.0
+    smooth: float = 0.0
 
     @property
     def share(self) -> float:
-        return min(self.bursts + self.lines + self.wander + self.of_some_conditions, 1.0)
+        return min(self.bursts + self.lines + self.wander + self.of_some_conditions + self.smooth, 1.0)
 
     def __str__(self) -> str:
         """What it is, the largest first, as a person reads it."""
@@ -43,6 +47,7 @@ class Irregularity:
             "bursts": self.bursts,
             line: self.lines,
             "what some conditions alone have": self.of_some_conditions,
+            "stretches that are smoother than the noise": self.smooth,
         }
         return ", ".join(f"{kind} ({share:.0%})" for kind, share in sorted(kinds.items(), key=lambda each: -each[1]) if share >= 0.01)
 
@@ -197,6 +202,20 @@ def of_some_conditions(rows: Sequence[FloatArray], conditions: Sequence[Hashable
     return float(np.sum((counts * (squares - squares[quietest]))[larger & smoother]))
 
 
+def smoother_than_calm(rows: Sequence[FloatArray]) -> float:
+    """Sum of squares in the rows (n,) beyond what noise has that goes on as it does where it is calm; lines and bursts, which are told by
+    themselves, aside. 0 where that is not told."""
+    regular = [without_lines(row) for row in rows]
+    clear = [row[~bursts(row)] for row in regular]
+    windows = window_count(clear)
+    filter_ = autoregression_where_calm(clear)
+    if filter_ is None:
+        return 0.0
+    chance = float(np.exp(CONSTANTS.calm_deviations / np.sqrt(windows)))
+    calm = float(autocovariance(filter_, 1)[0]) * sum(row.size * innovation_sd_where_calm(filter_, row) ** 2 for row in clear)
+    return max(sum(row.size * robust_sd(row) ** 2 for row in clear) - chance * calm, 0.0)
+
+
 def irregular(
     rows: Sequence[FloatArray], steps: Sequence[float], predicted: Sequence[FloatArray], conditions: Sequence[Hashable] = ()
 ) -> Irregularity:
@@ -215,4 +234,5 @@ def irregular(
     share = wanders * count / total if wanders > CONSTANTS.least_wander**2 * level else 0.0
     of_some = of_some_conditions(rows, conditions) / total if conditions else 0.0
     of_some = max(of_some - (in_bursts + in_lines) / total - share, 0.0)
-    return Irregularity(total / count, in_bursts / total, in_lines / total, frequency, share, of_some)
+    smooth = max(smoother_than_calm(rows) / total - share - of_some, 0.0)
+    return Irregularity(total / count, in_bursts / total, in_lines / total, frequency, share, of_some, smooth)
