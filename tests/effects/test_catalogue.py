@@ -24,7 +24,7 @@ CONTRACT = (
     "flank_wear", "process_damping", "thermal_softening", "thermal_damping", "thermal_viscosity", "direction_asymmetry",
     "load_dependence", "viscous_friction", "stribeck", "elasto_plastic", "dwell_strengthening", "friction_wear", "proxy_lag",
     "sensor_delay", "sensor_gain", "sensor_offset", "sensor_drift", "cross_talk", "sensor_lowpass", "dynamometer_resonance",
-    "line_disturbance", "rate_and_state", "maxwell_slip", "position_ripple", "backlash", "input_delay", "sticking_limit",
+    "line_disturbance", "rate_and_state", "maxwell_slip", "position_dependence", "backlash", "input_delay", "sticking_limit",
     "kienzle_force",
 )
 # fmt: on

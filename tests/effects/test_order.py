@@ -26,7 +26,7 @@ OWN: dict[str, Values] = {
     "dynamometer_resonance": {"dynamometer_resonance.natural_period": 3e-5},
     "amplitude_loss": {"amplitude_loss.response_time": 1e-5, "amplitude_loss.F_ref": 200.0},
     "backlash": {"backlash.gap": 5e-4},
-    "position_ripple": {"position_ripple.period": 2e-4},
+    "position_dependence": {"position_dependence.period": 2e-4},
     "maxwell_slip": {"maxwell_slip.stroke": 1e-3, "maxwell_slip.ratio": 1.0},
     "rate_and_state": {"rate_and_state.d_c": 2e-5, "rate_and_state.v_0": 0.1},
     "sticking_limit": {"sticking_limit.contact_length": 0.2},  # below F_C

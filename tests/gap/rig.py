@@ -23,7 +23,7 @@ VALUES: dict[str, float | str] = {
 SAMPLES, STEP, NOISE = 400, 1e-3, 0.15
 MODEL = ContactModel(threads=1)
 # What swings by itself, or along the way, needs short steps: half of the time of a diagnosis, for candidates that few tests are about.
-SWINGING = ("position_ripple", "holder_compliance", "dynamometer_resonance", "line_disturbance")
+SWINGING = ("position_dependence", "holder_compliance", "dynamometer_resonance", "line_disturbance")
 STILL = ContactModel(threads=1)
 STILL.effects = tuple(effect for effect in STILL.effects if effect.name not in SWINGING)
 Noise = Callable[[np.random.Generator, int], FloatArray]

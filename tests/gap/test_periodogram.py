@@ -102,9 +102,9 @@ def test_a_hum_out_of_step_with_all_recordings_is_a_line() -> None:
 
 def test_a_ripple_is_named_where_each_condition_begins_elsewhere() -> None:
     answer = diagnose(with_ripple(measured()), MODEL)
-    assert (answer.verdict, [effect.name for effect in answer.effects]) == ("effect", ["position_ripple"])
+    assert (answer.verdict, [effect.name for effect in answer.effects]) == ("effect", ["position_dependence"])
     assert answer.effects[0].parameters["period"][0] == pytest.approx(PERIOD, rel=0.01)
-    (note,) = (note for note in answer.cannot_tell if note.startswith("position_ripple.phase"))
+    (note,) = (note for note in answer.cannot_tell if note.startswith("position_dependence.phase"))
     assert all(f"in c{place}" in note for place in range(4))
 
 
@@ -115,6 +115,6 @@ def test_a_period_longer_than_the_travel_is_doubted() -> None:
         x = position(trial.inputs["slip_velocity"])
         trials.append(replace(trial, outputs={name: column + 3 * (x / np.ptp(x)) ** 2 for name, column in trial.outputs.items()}))
     answer = diagnose(replace(experiment, trials=tuple(trials)), MODEL)
-    assert answer.verdict != "effect" or "position_ripple" not in {effect.name for effect in answer.effects}
-    doubts = [why for on, why in answer.judgement.features.doubts.items() if "position_ripple" in on]
+    assert answer.verdict != "effect" or "position_dependence" not in {effect.name for effect in answer.effects}
+    doubts = [why for on, why in answer.judgement.features.doubts.items() if "position_dependence" in on]
     assert any("is longer than the way that was recorded" in " ".join(why) for why in doubts)

@@ -252,7 +252,7 @@ def test_a_gap_that_a_separation_does_not_reset_is_crossed_in_as_many_cycles(law
     ("effect", "values"),
     [
         ("maxwell_slip", {"maxwell_slip.stroke": 1e-3, "release_time": 1e-3}),
-        ("position_ripple", {"position_ripple.period": 1e-4, "release_time": 1.0}),
+        ("position_dependence", {"position_dependence.period": 1e-4, "release_time": 1.0}),
         ("rate_and_state", {"rate_and_state.d_c": 1e-2, "release_time": 1.0}),
     ],
 )

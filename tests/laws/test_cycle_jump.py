@@ -102,7 +102,7 @@ def test_what_repeats_itself_is_run_once(effect: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "effect", [effect.name for effect in kernel.effects() if effect.unsteady] + ["position_ripple", "regenerative", "sensor_delay"]
+    "effect", [effect.name for effect in kernel.effects() if effect.unsteady] + ["position_dependence", "regenerative", "sensor_delay"]
 )
 def test_what_goes_by_the_time_or_looks_back_is_run_as_it_is(effect: str) -> None:
     assert steps_of({}, (effect,)) > 0.9

@@ -11,7 +11,7 @@ from evat.native import kernel
 from scipy.optimize import brentq
 
 STATES = {effect.name: tuple(state.name for state in effect.states) for effect in kernel.effects() if effect.states}
-GOES_ON = ("position_ripple.position",)  # from cycle to cycle: no state of it comes back
+GOES_ON = ("position_dependence.position",)  # from cycle to cycle: no state of it comes back
 KEPT = {name for name in STATES if name != "dwell_strengthening"}  # of which a separation lets nothing outlive it
 
 

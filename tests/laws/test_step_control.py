@@ -69,10 +69,10 @@ def test_a_thickness_of_just_zero_is_no_contact(law: str, jumps: bool, on: tuple
     [
         ({"feed": 1e-3, "width": 2e-3}, ("holder_compliance", "amplitude_loss"), "holder_compliance, amplitude_loss", 5_000),
         ({"friction_law": "bristle", "sigma0": 1e10, "F_C": 0.01}, (), "friction_law = bristle", 120_000),
-        ({"friction_law": "bristle", "F_C": 1e-6}, ("position_ripple",), "on: position_ripple", 120_000),
+        ({"friction_law": "bristle", "F_C": 1e-6}, ("position_dependence",), "on: position_dependence", 120_000),
         (
             {"friction_law": "bristle", "sigma0": 4.6e9, "kinematics": "external", "slip_velocity": 1.0},
-            ("position_ripple",),
+            ("position_dependence",),
             "external",
             120_000,
         ),

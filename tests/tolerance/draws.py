@@ -28,7 +28,7 @@ TOLERANCES = {1e-3: 0.1, 1e-4: 0.5, 1e-5: 0.3, 1e-6: 0.1}
 PATH_ONLY = ("amplitude_loss", "ellipse_phase_error", "process_damping")  # they say nothing where slip and thickness are given
 EVENTFUL = ("bristle", "karnopp", "reset_integrator")
 LOADED = ("load_dependence", "sticking_limit")  # friction vanishes with the load
-STAYS = ("elasto_plastic", "maxwell_slip", "position_ripple", "backlash")  # where it was led
+STAYS = ("elasto_plastic", "maxwell_slip", "position_dependence", "backlash")  # where it was led
 Random = np.random.Generator
 
 
@@ -154,7 +154,7 @@ def parameters(random: Random, effect: Effect, duration: float, values: Mapping[
         "line_disturbance.frequency": min(random.uniform(0.5, 30) / duration, 1e5),
         "friction_wear.s_0": logarithmic(random, 1e-5, 1),
         "backlash.gap": logarithmic(random, 1e-6, 1e-3),
-        "position_ripple.period": logarithmic(random, 1e-5, 1e-2),
+        "position_dependence.period": logarithmic(random, 1e-5, 1e-2),
         "maxwell_slip.stroke": logarithmic(random, 1e-6, 1e-3),
         "rate_and_state.d_c": logarithmic(random, 1e-6, 1e-2),
         "dwell_strengthening.t_ref": duration * logarithmic(random, 1e-4, 1),

@@ -22,7 +22,7 @@ from statistics_of_scores import Figure, share_of
 
 from . import folder, run_diagnosis
 from .draw import NotDrawn, Plan, draw_case, with_another_condition
-from .scores import exact, named_as_here
+from .scores import exact
 
 WAYS = ("advised", "random")
 FACTORS = (0.25, 0.5, 2.0, 4.0)
@@ -88,7 +88,7 @@ def ambiguous(labels: Mapping[str, Any], answers: Path) -> list[tuple[str, dict[
 
 def named(labels: Mapping[str, Any], answers: Path, cases: list[str]) -> Figure:
     """In how many of them the truth is what is named, and nothing else."""
-    return share_of([exact(labels[name], named_as_here(read_answer(answers / name / "diagnosis.json"))) for name in cases])
+    return share_of([exact(labels[name], read_answer(answers / name / "diagnosis.json")) for name in cases])
 
 
 def run(given: argparse.Namespace) -> int:

@@ -59,7 +59,6 @@ EFFECTS: dict[str, Kind] = {
     "ellipse_phase_error": Kind("path", (_E, _M)),
     "amplitude_loss": Kind("path", (_E, _M)),
 }
-CALLED = {"position_ripple": "position_dependence"}  # by the library: here
 # Effects of the library that no case has, for the families of what a diagnosis may name.
 FAMILY = {name: kind.family for name, kind in EFFECTS.items()} | {
     "flank_wear": "wear", "holder_compliance": "lag", "run_out": "path", "regenerative": "path",

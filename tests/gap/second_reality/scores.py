@@ -14,7 +14,6 @@ import json
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -69,20 +68,6 @@ def meant(names: Iterable[str], label: Label) -> Names:
 
 def families(names: Names) -> frozenset[str]:
     return frozenset(catalogue.FAMILY.get(name, name) for name in names)
-
-
-def named_as_here(answer: Answer) -> Answer:
-    """The same where the library has another name for an effect."""
-
-    def own(names: Names) -> Names:
-        return frozenset(catalogue.CALLED.get(name, name) for name in names)
-
-    return replace(
-        answer,
-        candidates=tuple((own(names), probability) for names, probability in answer.candidates),
-        likely=tuple(own(names) for names in answer.likely),
-        given=own(answer.given),
-    )
 
 
 def exact(label: Label, answer: Answer) -> bool:
@@ -167,7 +152,7 @@ def score(labels: Path, answers: Path, *, answered_only: bool = False) -> dict[s
     for name, label in sorted(sealed["cases"].items()):
         if answered_only and not (answers / name / "diagnosis.json").is_file():
             continue
-        cases.append(({**label, "name": name}, named_as_here(read_answer(answers / name / "diagnosis.json"))))
+        cases.append(({**label, "name": name}, read_answer(answers / name / "diagnosis.json")))
     places = {c["name"]: overlap(c, a, labels)[0] for c, a in cases if c["truth"] in ("single", "pair")}
     groups = _groups(cases)
     return {

@@ -12,14 +12,14 @@ from driving import Values, read
 from evat.native.kernel import Contact
 from scipy.integrate import solve_ivp
 
-ON = ("position_ripple",)
+ON = ("position_dependence",)
 F_C, SIGMA0, PERIOD, PSI, R, A = 6.0, 1e9, 3e-3, 0.7, 0.2, 1.3
 LEVEL: Values = {**OUTSIDE, "sigma0": SIGMA0, "F_C": F_C, "F_S": F_C, "sigma1": 0.0, "sigma2": 0.0}
 OWN: Values = {
-    "position_ripple.friction": R,
-    "position_ripple.cogging": A,
-    "position_ripple.period": PERIOD,
-    "position_ripple.phase": PSI,
+    "position_dependence.friction": R,
+    "position_dependence.cogging": A,
+    "position_dependence.period": PERIOD,
+    "position_dependence.phase": PSI,
 }
 
 
@@ -29,9 +29,9 @@ def test_to_and_fro_the_ripple_stands_still_over_the_position(speed: float) -> N
     way = 2.3 * PERIOD
     times = np.linspace(0, 1, 93) * way / speed
     there = begun({**LEVEL, **OWN, "slip_velocity": speed}, ON)
-    first = there.run(times, {}, ("friction_force", "position_ripple.position")).T
+    first = there.run(times, {}, ("friction_force", "position_dependence.position")).T
     there.set("slip_velocity", -speed)
-    back = there.run(times[-1] + times, {}, ("friction_force", "position_ripple.position")).T
+    back = there.run(times[-1] + times, {}, ("friction_force", "position_dependence.position")).T
     for (force, position), sign in ((first, 1), (back, -1)):
         sine = np.sin(2 * pi * position / PERIOD + PSI)
         right = sign * F_C * (1 + R * sine) + A * sine
@@ -64,7 +64,7 @@ def test_an_uneven_slide_is_that_of_the_equation() -> None:
     corners, speeds = np.array([0, 0.1, 0.3, 0.4, 0.5, 0.7]), np.array([1e-3, 0.2, 0.0, 0.0, -0.3, 0.05])
     times = np.linspace(0, 0.7, 141)
     force, position = follow(
-        times, {"slip_velocity": np.interp(times, corners, speeds)}, values, ON, "friction_force", "position_ripple.position"
+        times, {"slip_velocity": np.interp(times, corners, speeds)}, values, ON, "friction_force", "position_dependence.position"
     )
 
     def rates(t: float, y: np.ndarray) -> list[float]:
@@ -87,8 +87,8 @@ def test_an_uneven_slide_is_that_of_the_equation() -> None:
 @pytest.mark.parametrize(("release_time", "comes_back"), [(0.0, True), (2e-5, False)])
 def test_a_periodic_start_is_one_or_says_that_there_is_none(law: str, release_time: float, comes_back: bool) -> None:
     """A chip begins anew after each separation, and its position with it; bristles that outlive one let the position go on for ever."""
-    values = {"friction_law": law, "initial_state": "periodic", "release_time": release_time, "position_ripple.period": 1.2e-5}
-    contact, means = Contact({**values, "cutting_speed": 0.15}, ["position_ripple"]), []
+    values = {"friction_law": law, "initial_state": "periodic", "release_time": release_time, "position_dependence.period": 1.2e-5}
+    contact, means = Contact({**values, "cutting_speed": 0.15}, ["position_dependence"]), []
     contact.start()
     for _ in range(4):
         contact.advance(1 / 20e3)
