@@ -168,6 +168,18 @@ def test_quiet_says_nothing_and_a_log_file_all(tmp_path: Path, capsys: pytest.Ca
     assert "effects on: " in kept
 
 
+def test_a_check_says_what_is_taken_off_the_force_and_how_bristles_begin(tmp_path: Path) -> None:
+    rig = evat.write_experiment(
+        evat.orthogonal({"friction_law": "coulomb", "F_C": 3.0}, repeats=1, speeds=[0.5], rate=100.0), tmp_path / "rig"
+    )
+    document = rig / "experiment.toml"
+    plain = document.read_text(encoding="utf-8")
+    assert "off the friction force" not in said("experiment", "check", str(rig))[1]
+    document.write_text(plain.replace("[nominal]\n", "[nominal]\nmass = 4.5\ngravity_load = -2.0\n"), "utf-8")
+    printed = " ".join(said("experiment", "check", str(rig))[1].split())
+    assert "off the friction force goes what moves: 4.5 kg, -2 N of load; bristles begin relaxed" in printed
+
+
 def test_verbose_tells_stages_with_the_time(tmp_path: Path) -> None:
     rig = evat.write_experiment(
         evat.orthogonal({"friction_law": "coulomb", "F_C": 3.0}, repeats=1, speeds=[0.5], rate=100.0), tmp_path / "rig"

@@ -425,6 +425,8 @@ def test_the_hash_knows_every_byte_of_every_file(tmp_path: Path) -> None:
         ('"lugre-1995"', "1995", r"nominal.parameters: 1995; a text in quotes"),
         ('parameters = "lugre-1995"\n', "", None),
         ("F_C = 12.0", "F_c = 12.0", r"nominal.values.F_c: the component has no variable 'F_c'; did you mean F_C"),
+        ("F_C = 12.0", "mass = 12.0", r"nominal.values.mass: it is no value of the component; mass stands in \[nominal\] itself"),
+        ('friction = "lugre"', 'friction = "lugre"\nmasse = 1.0', r"nominal: key 'masse' is not known; did you mean mass\?"),
         ("F_C = 12.0", "F_C = -12.0", r"nominal.values.F_C: F_C = -12 N: allowed is 1e-06 to 1e\+06 N.*in SI: is the unit right"),
         ("F_C = 12.0", "F_C = nan", r"nominal.values.F_C: F_C = nan: a finite number in N"),
         ("F_C = 12.0", 'F_C = "12 N"', r"nominal.values.F_C: '12 N'; a bare number in N is needed"),

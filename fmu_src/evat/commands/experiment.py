@@ -142,7 +142,11 @@ def _nominal(document: Document) -> str:
         f"{name} = {value if isinstance(value, str) else shown(value, name, signals)}" for name, value in nominal.values.items()
     )
     source = f" (with the set {nominal.parameters})" if nominal.parameters else ""
-    return f"nominal model{source}: {values}; effects on: {', '.join(nominal.effects) or 'none'}; all else as the component starts"
+    moves = document.inertia
+    taken = "" if moves is None else f"; off the friction force goes what moves: {moves.mass:g} kg, {moves.load:g} N of load"
+    begin = f"; bristles begin {nominal.initial_bristle}" if document.trials else ""
+    effects = ", ".join(nominal.effects) or "none"
+    return f"nominal model{source}: {values}; effects on: {effects}{taken}{begin}; all else as the component starts"
 
 
 @dataclasses.dataclass(frozen=True)

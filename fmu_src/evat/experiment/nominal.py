@@ -15,7 +15,7 @@ from evat.required_inputs import SOURCE
 
 CHOICES = {"friction": "friction_law", "kinematics": "kinematics"}  # key of [nominal] -> the component's variable
 INITIAL_BRISTLE = "initial_bristle"
-KEYS = tuple(name for name in keys("[nominal]") if name not in ("mass", "gravity_load"))  # which the document takes out before
+KEYS = keys("[nominal]")  # the document takes mass and gravity_load out before
 
 
 def read_nominal(checks: Checks, table: Mapping[str, Any]) -> tuple[Nominal, list[Path]]:
@@ -44,6 +44,8 @@ def read_nominal(checks: Checks, table: Mapping[str, Any]) -> tuple[Nominal, lis
             raise checks.error(
                 f"nominal.values.{key}", f"the choice stands in [nominal] as {next(k for k, v in choices.items() if v == key)}."
             )
+        if key in KEYS and key not in checks.variables:
+            raise checks.error(f"nominal.values.{key}", f"it is no value of the component; {key} stands in [nominal] itself, one level up.")
         values[key] = checks.value(f"nominal.values.{key}", key, number)
     for key, variable in choices.items():
         if key in table:
