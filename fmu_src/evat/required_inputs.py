@@ -10,6 +10,7 @@ from evat.model import Law, ParameterError, Tables, Variable
 MOTION, KINEMATICS = "slip_velocity", "kinematics"  # what every friction law answers to, and the choice of where it comes from
 FRICTION = "friction_force"  # what it answers
 LAW = "friction_law"
+AMPLITUDES = ("amplitude_x", "amplitude_y")  # of the vibration; conventional turning has none
 # An effect that needs the temperature proxy needs what the proxy is taken from, by the name of that choice.
 PROXY, SOURCE = "proxy_speed", "proxy_source"
 PROXY_INPUT = {"slip_speed": MOTION}

@@ -175,8 +175,12 @@ struct Configuration wire(const struct Contact *contact)
     for (int n = 0; n < w.on_count; ++n)
         if (w.on[n]->prepare)
             w.on[n]->prepare(w.on_p[n], &w);
-    EACH_LANE
-        w.longest[i] = w.kinematics == KINEMATICS_EXTERNAL ? INFINITY : 1 / (20 * w.p[VAR_VIBRATION_FREQUENCY][i]);
+    EACH_LANE {
+        /* A tool that does not vibrate moves evenly; a slip that is solved for keeps the steps of one that does. */
+        const int moves = w.kinematics != KINEMATICS_EXTERNAL &&
+                          (w.current_angle || w.yields || w.p[VAR_AMPLITUDE_X][i] > 0 || w.p[VAR_AMPLITUDE_Y][i] > 0);
+        w.longest[i] = moves ? 1 / (20 * w.p[VAR_VIBRATION_FREQUENCY][i]) : INFINITY;
+    }
     resolving_step(&w, w.longest);
     for (int i = 0; i < LANES; ++i) {
         const double tight = USUAL_TOLERANCE / w.p[VAR_RELATIVE_TOLERANCE][i];

@@ -294,6 +294,8 @@ def test_a_cycle_takes_a_time_or_there_is_none(model: Model, case: Case) -> None
     if any(variable.name == "vibration_frequency" for variable in model.variables):
         moving = {**case.values, "kinematics": "internal"}
         assert model.cycle_time({**moving, "vibration_frequency": 1e4}) == pytest.approx(1e-4, rel=1e-12)
+        assert math.isnan(model.cycle_time({**moving, "amplitude_x": 0.0, "amplitude_y": 0.0}))  # conventional turning
+        assert math.isfinite(model.cycle_time({**moving, "amplitude_x": 0.0}))
 
 
 def test_nothing_that_is_given_is_changed(model: Model, case: Case) -> None:

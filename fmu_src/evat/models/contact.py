@@ -12,6 +12,7 @@ from evat.model import FloatArray, Rival, Run, Trace, Variable
 from evat.native import kernel
 from evat.native.batch import run_many
 from evat.required_inputs import (
+    AMPLITUDES,
     KINEMATICS,
     LAW,
     MOTION,
@@ -79,10 +80,8 @@ class ContactModel(kernel.ContactTables):
     def simulate_many(self, run: Run, on: Sequence[str], values: Mapping[str, float | str | FloatArray]) -> Mapping[str, FloatArray]:
         """K value sets through one run; see evat.model.Model."""
         values = kernel.in_si(values)
-        cycles = float(run.times[-1] - run.times[0]) / self.cycle_time(
-            {k: v for k, v in values.items() if isinstance(v, (int, float, str))}
-        )
-        most = MOST_STEPS + STEPS_PER_SAMPLE * run.times.size + (STEPS_PER_CYCLE * cycles if cycles > 0 else 0.0)
+        cycles = float(run.times[-1] - run.times[0]) / self._period(values) if self._moves_by_itself(values) else 0.0
+        most = MOST_STEPS + STEPS_PER_SAMPLE * run.times.size + STEPS_PER_CYCLE * cycles
         return run_many(run, values, on, threads=self.threads, most_steps=most).rows
 
     def settled(self, names: Sequence[str], on: Sequence[str], values: Mapping[str, float | str | FloatArray]) -> Mapping[str, FloatArray]:
@@ -106,10 +105,11 @@ class ContactModel(kernel.ContactTables):
         return outputs
 
     def cycle_time(self, values: Mapping[str, float | str]) -> float:
-        """The vibration's period; nan where the motion is given from outside."""
-        if not self._moves_by_itself(values):
+        """The vibration's period; nan where the motion is given from outside, and where the tool does not vibrate."""
+        still = all(float(values.get(name, kernel.variable(name).start)) == 0 for name in AMPLITUDES)
+        if still or not self._moves_by_itself(values):
             return math.nan
-        return 1 / float(values.get("vibration_frequency", kernel.variable("vibration_frequency").start))
+        return self._period(values)
 
     def rival_laws(self, values: Mapping[str, float | str]) -> Sequence[Rival]:
         """The other friction laws for which a slip velocity is enough, and whose force follows their parameters without jumps: from the
@@ -138,6 +138,13 @@ class ContactModel(kernel.ContactTables):
         for name in (read.name for read in inputs):
             lacking.setdefault(name, []).append(f"{LAW} = {law}")
         return lacking
+
+    @staticmethod
+    def _period(values: Mapping[str, float | str | FloatArray]) -> float:
+        """Of the vibration [s], whatever its amplitudes; the shortest, where several sets differ in it."""
+        return 1 / float(
+            np.max(np.asarray(values.get("vibration_frequency", kernel.variable("vibration_frequency").start), dtype=np.float64))
+        )
 
     @staticmethod
     def _moves_by_itself(values: Mapping[str, float | str | FloatArray]) -> bool:

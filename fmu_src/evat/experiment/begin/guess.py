@@ -20,7 +20,7 @@ from evat.experiment.begin.understood import Answers, Begun, Question, SignalGue
 from evat.experiment.begin.words import Meant
 from evat.experiment.document import CLOCK, FRICTION, TRIGGER
 from evat.native import kernel
-from evat.required_inputs import MOTION
+from evat.required_inputs import AMPLITUDES, MOTION
 from evat.units import affine, base_unit
 
 CUTTING = {"principal_force": "principal_force", "feed_force": "feed_force"}
@@ -29,7 +29,7 @@ PRESLIDING = 1e-5  # m, F_C/sigma0: the middle of the parameter sets, of which m
 ALIKE = 10.0  # times as long at most is a step of the clock of files that were recorded alike
 BESIDE = ("normal_load", "uncut_thickness")  # what a test is made at beside its motion
 SET = ("cutting_speed", "feed", "width")  # what a cut is made at
-VIBRATION = ("vibration_frequency", "amplitude_x", "amplitude_y")
+VIBRATION = ("vibration_frequency", *AMPLITUDES)
 
 
 def begin(folder: Path, answers: Answers) -> tuple[Begun | None, list[Question]]:
