@@ -301,6 +301,10 @@ class _Constants(ConstantTable):
     prior_trial_clock = Constant(0.1, "samples", "clock between trials, a priori (sd)")
     clear_difference = Constant(4.0, "sd", "of noise, from which on gain, zero or clock of a repeat is told though noise hides usual ones")
     no_signal = Constant(1e-100, "1", "a column that is smaller is none", origin="derived", source="its square is still a number")
+    least_told_apart = Constant(
+        1e-5, "of the largest", "singular value of gain, zero and clock of a repeat, below which a force is too steady to tell them apart",
+        source="numerical tolerance",
+    )  # fmt: skip
     shortest_repeat = Constant(8, "samples", "of fewer, three are gone with gain, zero and clock", low=4, source="safety limit")
     usual_noise_of_means = Constant(
         0.01, "of the rms", "noise of a mean for which nobody stated it", source="dynamometer means repeat to 0.3 to 3 %"

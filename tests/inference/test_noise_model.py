@@ -19,7 +19,7 @@ from evat.inference.noise.estimate import differing, estimate_noise, random_effe
 from evat.inference.prediction import Prediction
 from evat.inference.sample_whitening import SampleWhitening
 from evat.model import FloatArray
-from known_rigs import FREE, MODEL, TIMES, TO_AND_FRO, TRUTH, exact, experiment, force, trial
+from known_rigs import FREE, MODEL, SLIDING, TIMES, TO_AND_FRO, TRUTH, exact, experiment, force, trial
 from scipy.signal import lfilter
 
 NOISE, REPEATS = 0.01, 6
@@ -209,3 +209,13 @@ def test_a_clock_that_differs_by_samples_is_told_where_the_force_moves() -> None
     trials = [trial(TO_AND_FRO, seed=n, measured=np.interp(places - by, places, FORCE), noise=0.001) for n, by in enumerate(late)]
     noise = estimate_noise(Prediction(MODEL, experiment(*trials, nominal=TRUTH)), FORCE_REPEATED, prior=False)
     assert noise.spread["friction_force"][2] == pytest.approx(float(late.std(ddof=1)), rel=0.15)
+
+
+def test_a_force_that_stands_still_tells_no_gain_from_a_zero() -> None:
+    """The gain of one that changes by a billionth was 160 000 from repeat to repeat, its zero 20 MN."""
+    luck, steady = np.random.default_rng(4), 100.0 * (1 + 1e-9 * np.sin(np.arange(1000.0)))
+    trials = [trial(SLIDING, seed=place, measured=steady + luck.normal(size=1000) + 3.0 * luck.normal(), noise=0.0) for place in range(4)]
+    noise = estimate_noise(Prediction(MODEL, experiment(*trials, nominal=TRUTH)), np.tile(steady, 4))
+    gain, zero, _ = noise.spread["friction_force"]
+    assert np.hypot(100.0 * gain, zero) < 6.0
+    assert noise.sizes == pytest.approx(1.0, rel=0.1)

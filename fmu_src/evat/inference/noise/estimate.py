@@ -193,7 +193,7 @@ def random_effects(basis: FloatArray, row: FloatArray, predicted: FloatArray) ->
     scale, calm = _scale(basis), np.ones(row.size, dtype=bool)
     coefficients = np.zeros(BETWEEN)
     for _ in range(3):  # once more for what the first look took for noise
-        coefficients = np.linalg.lstsq(basis[calm] / scale, row[calm], rcond=None)[0] / scale
+        coefficients = np.linalg.lstsq(basis[calm] / scale, row[calm], rcond=CONSTANTS.least_told_apart)[0] / scale
         beside = _beside_jumps(row - basis @ coefficients, predicted)
         if row.size - np.sum(beside) < CONSTANTS.shortest_repeat or np.array_equal(calm, ~beside):
             break
@@ -277,7 +277,9 @@ def _spread(
         scale = _scale(white)
         normal = (white / scale).T @ (white / scale)
         errors = np.where(
-            scale > CONSTANTS.no_signal, np.diag(np.linalg.pinv(normal)) / np.maximum(scale, CONSTANTS.no_signal) ** 2, np.inf
+            scale > CONSTANTS.no_signal,
+            np.diag(np.linalg.pinv(normal, CONSTANTS.least_told_apart**2)) / np.maximum(scale, CONSTANTS.no_signal) ** 2,
+            np.inf,
         )
         # A clock cannot be read off a force that stands still: what seems to be one there is what noise alone gives.
         known = (errors < 100 * usual**2) | (coefficients**2 > CONSTANTS.clear_difference**2 * errors)
