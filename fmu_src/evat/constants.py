@@ -194,6 +194,8 @@ class _Constants(ConstantTable):
     smoothing_confidence = Constant(2.5, "sd", "of the intervals that have to meet")
     exact_window = Constant(5, "samples", "of the polynomial through all of them that differentiates a position without noise", low=3)
     as_sure = Constant(1e-9, "of the standard deviation", "two estimates that differ by less are as sure", source="numerical tolerance")
+    mass_sd = Constant(0.05, "of the stated mass", "how far that of what moves may be off", source="catalogues, and what is clamped on")
+    largest_mass = Constant(3.0, "of the stated mass", "that more may move at most", low=0.0, source="safety limit")
     alike_inputs = Constant(1.5, "of the noise of both", "how far apart two recordings of one motion may be, root mean square", low=1.0)
     clock_jitter = Constant(1e-3, "samples", "clocks that differ by less are one", source="numerical tolerance")
     clock_together = Constant(0.05, "samples", "samples of repeats of a vibrating tool that differ by less were taken together")

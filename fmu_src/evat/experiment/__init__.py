@@ -200,6 +200,8 @@ class Experiment:
         That of the newest file; "" where there are none.
     remarks : tuple of Remark
         What its owner should know of the files, such as of a sensor at the end of its range.
+    mass : float
+        Of what moves with the slip [kg], as its owner states it: so much inertia was taken off the friction force.
 
     Examples
     --------
@@ -222,6 +224,7 @@ class Experiment:
     setup_sd: Mapping[str, SetupSd] = field(default_factory=dict)
     day: str = ""
     remarks: tuple[Remark, ...] = ()
+    mass: float = 0.0
 
     def __repr__(self) -> str:
         rows = f", {len(self.means.conditions)} rows of averages" if self.means is not None else ""

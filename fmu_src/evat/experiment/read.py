@@ -132,6 +132,7 @@ def assembled(document: Document, trials: tuple[Trial, ...], model: Model, data_
         document.setup_sd,
         day_of(document),
         tuple(remarks),
+        0.0 if document.inertia is None else document.inertia.mass,
     )
 
 

@@ -11,7 +11,7 @@ from collections.abc import Callable, Collection
 import numpy as np
 
 from evat.identification.objective import Objective
-from evat.inference.setup.setup_errors import CLOCK, GAIN, ZERO, by_channel
+from evat.inference.setup.setup_errors import CLOCK, GAIN, MASS, ZERO, by_channel
 from evat.model import FloatArray
 
 DAMPING = "damping_mode"  # the choice of whether a law's damping is limited to what dissipates
@@ -40,7 +40,8 @@ def moved_by_held(
     slopes : (N, p) and psi : (N,), weighed; table : (N, p), the slopes as they are; unit : the loss's rise that is one sd, squared, over
     2; predicted : (N,), SI; covariance : (p, p), over that unit; with_shapes : shapes of the law are held values, too.
     """
-    columns = {**_by_held_values(objective, point, predicted, with_shapes), **_by_setup(objective, weigh, slopes, predicted, (GAIN, ZERO))}
+    of_setup = _by_setup(objective, weigh, slopes, predicted, (GAIN, ZERO, MASS))
+    columns = {**_by_held_values(objective, point, predicted, with_shapes), **of_setup}
     if not columns:
         return {}, np.zeros((point.size, point.size)), np.zeros(predicted.size)
     changes = np.array(list(columns.values())).T

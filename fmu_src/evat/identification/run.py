@@ -29,7 +29,7 @@ from evat.inference.checks import check_clocks
 from evat.inference.clocks import with_clocks
 from evat.inference.law.initial_state import beginnings, begun, in_motion, with_initial_state
 from evat.inference.prediction import Prediction
-from evat.inference.setup.setup_errors import GAIN, by_channel
+from evat.inference.setup.setup_errors import GAIN, by_channel, called
 from evat.model import Model, ParameterError
 from evat.required_inputs import unread_inputs
 
@@ -129,10 +129,9 @@ def _held(objective: Objective, optimum: Optimum) -> tuple[str, ...]:
     told, most, doubts = list[str](), list[str](), list[str]()
     for name, moved in optimum.held.items():
         if name in setup:
-            channel, kind = by_channel(name)
-            sd = f"{100 * setup[name].sd:.3g} %" if kind == GAIN else f"{setup[name].sd:.3g} {setup[name].unit}"
+            sd = f"{100 * setup[name].sd:.3g} %" if by_channel(name)[1] == GAIN else f"{setup[name].sd:.3g} {setup[name].unit}"
             if mostly := [own for own, by in zip(names, moved, strict=True) if by**2 > SETUP_DOMINATES]:
-                most.append(f"the {kind} of {channel.replace('_', ' ')} (known to {sd}) in {', '.join(mostly)}")
+                most.append(f"{called(name)} (known to {sd}) in {', '.join(mostly)}")
             continue
         if np.any(np.isnan(moved)):
             doubts.append(f"{name} is held, and the model runs at neither end of what it may be: intervals leave that out")

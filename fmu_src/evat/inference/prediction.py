@@ -20,7 +20,7 @@ from evat.constants import CONSTANTS
 from evat.experiment import Experiment, ExperimentError, Means, Trial
 from evat.inference.parameters import Parameter
 from evat.inference.setup.clock import sample_times
-from evat.inference.setup.setup_errors import Recording, SetupErrors, without_zero, zero_of_input, zeros_of_inputs
+from evat.inference.setup.setup_errors import SetupErrors, recording, without_zero, zero_of_input, zeros_of_inputs
 from evat.model import FloatArray, Model, Run
 from evat.threads import kept_threads
 
@@ -88,7 +88,7 @@ class Prediction:
             raise ExperimentError(f"{experiment.title!r}: nothing was measured that could be compared.")
         self.segments: tuple[Segment, ...] = tuple(segments)
         self.measured: FloatArray = np.concatenate(measured)
-        recordings = tuple(Recording(s.channel, s.at, experiment.trials[s.trial].times if s.trial >= 0 else None) for s in segments)
+        recordings = tuple(recording(experiment, s.channel, s.at, s.trial) for s in segments)
         self.bent: FloatArray = np.zeros(self.measured.size)
         self.own_start: FloatArray = np.zeros(self.measured.size)
         units = {v.name: v.unit for v in model.variables}

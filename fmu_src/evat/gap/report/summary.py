@@ -25,11 +25,13 @@ from evat.gap.report.words import (
 )
 from evat.gap.search.compare import Comparison
 from evat.headline import Headline
+from evat.inference.setup.setup_errors import MASS
 from evat.units import display
 
 _LOOKS: Mapping[str, tuple[str, Literal["good", "note", "attention", "bad"]]] = {
     "no_gap": ("no gap", "good"),
     "set_up": ("within set-up", "note"),  # no gap, where the set-up takes it up
+    "wrong_set_up": ("set-up wrong", "attention"),  # the same, further off than its owner can have meant
     "none": ("no effect named", "note"),  # no gap, beside effects that would do
     "mistuned": ("mis-tuned", "note"),
     "effect": ("cause named", "good"),
@@ -65,7 +67,7 @@ def _look(answer: Diagnosis) -> str:
     if answer.verdict == "no_gap" and any(answer.judgement.likely):
         return "none"
     if answer.verdict == "no_gap" and answer.recalibration.notable:
-        return "set_up"
+        return "set_up" if all(error.credible for error in answer.recalibration.notable) else "wrong_set_up"
     if answer.verdict == "effect" and (rivals(answer.judgement) or remainder(answer)):
         return "likely" if likelier_than_not(answer) else "unsure"
     return answer.verdict
@@ -188,6 +190,8 @@ def _check(answer: Diagnosis, comparison: Comparison) -> str:
     """What of the set-up stands in for the gap, to be looked at on the rig."""
     taken = answer.recalibration.notable
     assumed = " and ".join(set_up_size(comparison.prediction, error) for error in taken)
+    if [error.kind for error in taken] == [MASS]:
+        return f"check the moved mass on the rig ({assumed} more than stated is assumed), and state it as nominal.mass."
     return f"check {set_up_named(taken)} on the rig ({assumed} is assumed), and state by setup_sd how far off it may be."
 
 

@@ -14,6 +14,7 @@ from evat.gap.set_up import SetUpError
 from evat.inference.hypothesis import NOMINAL, Hypothesis
 from evat.inference.noise.irregularity import Irregularity
 from evat.inference.prediction import Prediction
+from evat.inference.setup.setup_errors import called
 from evat.model import Variable
 from evat.units import affine
 
@@ -62,7 +63,8 @@ def _without_effects(answer: Diagnosis) -> str:
     if answer.verdict not in ("no_gap", "mistuned") or not (taken or others):
         return SENTENCES[answer.verdict] if closes(answer.verdict, answer.closure) else HARDLY_CLOSES
     if taken:
-        said = f"No effect is named: {set_up_named(taken)}, within the tolerance of the set-up, takes up most of the gap"
+        within = "within" if all(error.credible for error in taken) else "beyond"
+        said = f"No effect is named: {set_up_named(taken)}, {within} the tolerance of the set-up, takes up most of the gap"
         said += " beside other nominal values." if answer.verdict == "mistuned" else "."
     else:
         said = (
@@ -81,7 +83,7 @@ def _without_effects(answer: Diagnosis) -> str:
 
 def set_up_named(errors: Sequence[SetUpError]) -> str:
     """Errors of the set-up in words."""
-    return " and ".join(f"the {error.kind.replace('_', ' ')} of the {error.channel.replace('_', ' ')}" for error in errors)
+    return " and ".join(called(error.name) for error in errors)
 
 
 def remainder(answer: Diagnosis) -> str:

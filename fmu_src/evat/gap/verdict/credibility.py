@@ -17,6 +17,7 @@ from evat.gap.values_alone import values_alone
 from evat.inference.fit import Fit
 from evat.inference.hypothesis import Hypothesis
 from evat.inference.parameters import nominal_parameters
+from evat.inference.setup.setup_errors import MASS, by_channel
 from evat.units import display
 
 
@@ -103,9 +104,21 @@ def shifted(comparison: Comparison, fit: Fit) -> tuple[str, ...]:
     def said(name: str, value: float) -> str:
         return display(value, as_typed(known[name], signals), digits=4)
 
-    return tuple(
+    incredible = tuple(
         f"the nominal {name} is not credible: {said(name, float(nominal[name]))} has to become {said(name, float(fit.values[name]))}, "
         f"{abs(away):.2g} of its standard deviations away"
         for name, away in shift(comparison, fit).items()
         if abs(away) > CONSTANTS.credible_shift
+    )
+    return (*incredible, *_moved_mass(comparison, fit))
+
+
+def _moved_mass(comparison: Comparison, fit: Fit) -> tuple[str, ...]:
+    """The same of the mass whose inertia was taken off the friction force."""
+    stated = comparison.prediction.experiment.mass
+    return tuple(
+        f"the stated mass is not credible: {stated:.4g} kg has to become {stated + float(fit.values[p.name]):.4g} kg, "
+        f"{abs(away):.2g} of its standard deviations away"
+        for p, away in zip(fit.parameters, fit.point, strict=True)
+        if p.name in comparison.prediction.setup.names and by_channel(p.name)[1] == MASS and abs(away) > CONSTANTS.credible_shift
     )

@@ -1,4 +1,5 @@
-"""How far may a whole set-up be off? Gain, zero, clock and its drift of each channel, which all trials share, as parameters of every fit.
+"""How far may a whole set-up be off? Gain, zero, clock and its drift of each channel, and the mass whose inertia was taken off a force,
+which all trials share, as parameters of every fit.
 
 No rig is without them: an amplifier's gain is known to a percent, its zero drifts before the first recording, the force lags or leads the
 motion by a sample, and by another at the end of a long recording where two clocks count. Model parameters run away where they have to
@@ -18,24 +19,27 @@ from evat.experiment import Experiment, SetupSd
 from evat.inference.parameters import Parameter
 from evat.inference.setup.rest import rests, sd_of_zero
 from evat.model import FloatArray
-from evat.required_inputs import MOTION, PROXY
+from evat.required_inputs import FRICTION, MOTION, PROXY
 
-GAIN, ZERO, CLOCK, CLOCK_DRIFT = "gain", "zero", "clock", "clock_drift"
+GAIN, ZERO, CLOCK, CLOCK_DRIFT, MASS = "gain", "zero", "clock", "clock_drift", "mass"
 
 
 @dataclass(frozen=True, slots=True)
 class Recording:
-    """Where one recording of a channel stands in the long vector, and its sample times (n,); none of a mean."""
+    """Where one recording of a channel stands in the long vector, its sample times (n,), and the acceleration (n,) [m/s^2] whose inertia
+    was taken off it; neither of a mean."""
 
     channel: str
     at: slice
     times: FloatArray | None
+    acceleration: FloatArray | None = None
 
 
 class SetupErrors:
-    """measured = (1 + gain) model(t - late) + zero, for each channel, with late = clock + clock_drift (t - t_first). `parameters` are those
-    that its recordings can show: a mean has no clock, and a drift is one beside that of a recorded motion or of what drives a vibration. A
-    positive clock is a force that is late, or a motion that is early."""
+    """measured = (1 + gain) model(t - late) + zero + mass acceleration, for each channel, with late = clock + clock_drift (t - t_first),
+    and mass what moves beside what its owner states. `parameters` are those that its recordings can show: a mean has no clock, and a drift
+    is one beside that of a recorded motion or of what drives a vibration. A positive clock is a force that is late, or a motion that is
+    early."""
 
     def __init__(self, experiment: Experiment, recordings: tuple[Recording, ...], measured: FloatArray, units: Mapping[str, str]) -> None:
         self.recordings = recordings
@@ -62,6 +66,11 @@ class SetupErrors:
                             _name(channel, kind), unit, 0.0, sd, -CONSTANTS.widest_setup_error * sd, CONSTANTS.widest_setup_error * sd
                         )
                     )
+            if any(r.acceleration is not None for r in own):
+                mass = experiment.mass  # nothing else is one with it, so that it may be off by far more than is likely
+                parameters.append(
+                    Parameter(_name(channel, MASS), "kg", 0.0, CONSTANTS.mass_sd * mass, -mass, CONSTANTS.largest_mass * mass)
+                )
         self.parameters = tuple(parameters)
         self.names = frozenset(parameter.name for parameter in parameters)
 
@@ -92,8 +101,9 @@ class SetupErrors:
         count = max(rows.shape[0], *(np.size(values.get(name, 0.0)) for name in self.names)) if rows.shape[0] == 1 else rows.shape[0]
         recorded = np.repeat(rows, count // max(rows.shape[0], 1), axis=0) if rows.shape[0] != count else rows.copy()
         for recording in self.recordings:
-            gain, zero = (self._value(recording.channel, kind, values) for kind in (GAIN, ZERO))
-            recorded[:, recording.at] = (1 + gain) * _shifted(rows[:, recording.at], recording.times, *self._late(recording, values)) + zero
+            gain, zero, mass = (self._value(recording.channel, kind, values) for kind in (GAIN, ZERO, MASS))
+            shown = (1 + gain) * _shifted(rows[:, recording.at], recording.times, *self._late(recording, values)) + zero
+            recorded[:, recording.at] = shown if recording.acceleration is None else shown + mass * recording.acceleration
         return recorded
 
     def slopes(self, row: FloatArray, name: str, values: Mapping[str, float | str | FloatArray]) -> FloatArray:
@@ -108,6 +118,8 @@ class SetupErrors:
                 slope[recording.at] = _shifted(own, times, *late)[0]
             elif name == _name(recording.channel, ZERO):
                 slope[recording.at] = 1.0
+            elif name == _name(recording.channel, MASS):
+                slope[recording.at] = 0.0 if recording.acceleration is None else recording.acceleration
             elif times is not None and times.size > 1:
                 h = CONSTANTS.clock_shift * float(np.median(np.diff(times)))
                 after, before = (_shifted(own, times, late[0] + side * h, late[1])[0] for side in (1, -1))
@@ -117,8 +129,8 @@ class SetupErrors:
 
     def linear(self, slopes: FloatArray, values: Mapping[str, float | str | FloatArray]) -> FloatArray:
         """Derivatives (p, N) of the model alone to its own parameters, as derivatives of what this set-up shows."""
-        without_zero = {name: 0.0 if name.endswith(f".{ZERO}") else values.get(name, self._usual(name)) for name in self.names}
-        return self.applied(slopes, without_zero)
+        scaled = {name: 0.0 if by_channel(name)[1] in (ZERO, MASS) else values.get(name, self._usual(name)) for name in self.names}
+        return self.applied(slopes, scaled)
 
     def _value(self, channel: str, kind: str, values: Mapping[str, float | str | FloatArray]) -> FloatArray:
         """(K, 1) or (1, 1); of a clock, how far it is from that of the runs."""
@@ -135,6 +147,15 @@ class SetupErrors:
     def _usual(self, name: str) -> float:
         channel, kind = by_channel(name)
         return self.clocks.get(channel, 0.0) if kind == CLOCK else 0.0
+
+
+def recording(experiment: Experiment, channel: str, at: slice, place: int) -> Recording:
+    """Of a channel of the trial at this place, -1 for means, where it stands `at`."""
+    if place < 0:
+        return Recording(channel, at, None)
+    trial = experiment.trials[place]
+    moves = experiment.mass > 0 and channel == FRICTION and MOTION in trial.inputs and trial.times.size > 1
+    return Recording(channel, at, trial.times, np.gradient(trial.inputs[MOTION], trial.times) if moves else None)
 
 
 def zeros_of_inputs(experiment: Experiment, units: Mapping[str, str]) -> tuple[Parameter, ...]:
@@ -181,6 +202,12 @@ def by_channel(name: str) -> tuple[str, str]:
     """Channel and kind of a set-up error."""
     _, channel, kind = name.split(".")
     return channel, kind
+
+
+def called(name: str) -> str:
+    """A set-up error in words."""
+    channel, kind = by_channel(name)
+    return "the moved mass" if kind == MASS else f"the {kind.replace('_', ' ')} of the {channel.replace('_', ' ')}"
 
 
 def _shifted(rows: FloatArray, times: FloatArray | None, clock: FloatArray, drift: FloatArray) -> FloatArray:

@@ -1,0 +1,60 @@
+"""Is a moved mass that is stated wrong told as that, and not as an effect? Its inertia was taken off the friction force."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from evat.experiment import Experiment
+from evat.gap import diagnose, diagnose_with
+from evat.gap.report import headline
+from evat.inference.prediction import Prediction
+from known_rigs import MODEL, STEP, TIMES, TO_AND_FRO, TRUTH, experiment, force, trial
+
+MASS, MORE, NAME = 20.0, 6.0, "setup.friction_force.mass"
+FASTER = 0.03 * np.sin(2 * np.pi * 2.3 * TIMES) + 0.001 * np.sin(2 * np.pi * 9.1 * TIMES)
+
+
+def rig(stated: float, more: float) -> Experiment:
+    """Two motions, each twice; what moves is so much heavier than its owner states."""
+    trials = []
+    for place, motion in enumerate((TO_AND_FRO, FASTER)):
+        measured = force(motion) + more * np.gradient(motion, STEP)
+        trials += [trial(motion, f"c{place}", seed=10 * place + repeat, measured=measured) for repeat in range(2)]
+    return replace(experiment(*trials, nominal=TRUTH), mass=stated)
+
+
+def test_what_is_heavier_adds_its_inertia() -> None:
+    prediction = Prediction(MODEL, rig(MASS, 0.0))
+    parameter = next(each for each in prediction.setup.parameters if each.name == NAME)
+    assert (parameter.unit, parameter.sd, parameter.low) == ("kg", pytest.approx(0.05 * MASS), -MASS)
+    heavier = prediction.one({NAME: MORE}) - prediction.one()
+    expected = MORE * np.concatenate([np.gradient(motion, STEP) for motion in (TO_AND_FRO, TO_AND_FRO, FASTER, FASTER)])
+    assert heavier == pytest.approx(expected, abs=1e-9)
+    assert prediction.setup.slopes(prediction.one(), NAME, {}) == pytest.approx(expected / MORE, abs=1e-9)
+    assert prediction.jacobian({"F_C": 9.0, NAME: MORE}, ("F_C",), {"F_C": 1.0})[1] == pytest.approx(
+        prediction.jacobian({"F_C": 9.0}, ("F_C",), {"F_C": 1.0})[1], abs=1e-12
+    )
+
+
+def test_where_no_mass_is_stated_none_is_fitted() -> None:
+    assert NAME not in Prediction(MODEL, rig(0.0, 0.0)).setup.names
+
+
+def test_a_mass_that_is_stated_wrong_is_told_with_what_it_has_to_become() -> None:
+    """It was a line, a position or a delay of the input that stood in for it."""
+    answer, comparison = diagnose_with(rig(MASS, MORE), MODEL)
+    said = headline(answer, comparison)
+    assert answer.verdict == "no_gap"  # the values of the law are right
+    assert not answer.effects
+    assert (said.status, said.tone) == ("set-up wrong", "attention")
+    assert said.first[0].startswith("The stated mass is not credible: 20 kg has to become 2")
+    assert said.sentence == "No effect is named: the moved mass, beyond the tolerance of the set-up, takes up most of the gap."
+    assert said.next.endswith("state it as nominal.mass.")
+    value, sd, unit = answer.recalibration.setup["friction_force"]["mass"]
+    assert unit == "kg"
+    assert value == pytest.approx(MORE, abs=max(3 * sd, 0.05))
+    right = diagnose(rig(MASS, 0.0), MODEL)
+    assert right.verdict == "no_gap"
+    assert not any("mass" in line for line in right.cannot_tell)
