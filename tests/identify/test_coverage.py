@@ -119,7 +119,7 @@ def test_intervals_hold_what_a_set_up_may_be_off_by(motion: str, gain: float, ze
     assert max(off.values()) < 2.6
     assert max(by_noise.values()) > 4
     (doubt,) = (doubt for doubt in fit.doubts if "most of an interval is what the set-up may be off in all trials alike" in doubt)
-    assert f"the gain of friction force (known to 1 %) in {moved}" in doubt
+    assert f"the gain of the friction force (known to 1 %) in {moved}" in doubt
     assert not any("set-up" in doubt for doubt in sure.doubts)
 
 

@@ -17,7 +17,7 @@ from evat.model import FloatArray
 
 @dataclass(frozen=True, slots=True)
 class SetUpError:
-    """`kind` (gain, zero, clock, clock_drift, mass) of a `channel`, shared by all trials; `name` is that of its parameter. `tolerance`:
+    """`kind` (gain, zero, clock, clock_drift, mass) of a `channel`, shared by all trials. `tolerance`:
     standard deviation that it was thought to have, `bound`: whether the value lies at the end of what it may be; `changes[channel]`: rms of
     what it does there."""
 
@@ -29,7 +29,6 @@ class SetUpError:
     tolerance: float
     bound: bool
     changes: Mapping[str, float]
-    name: str
 
     @property
     def credible(self) -> bool:
@@ -46,7 +45,7 @@ def set_up_errors(comparison: Comparison, fit: Fit) -> tuple[SetUpError, ...]:
         value = float(fit.values[parameter])
         changes = {each: float(np.sqrt(np.mean(does[prediction.places(each)] ** 2))) for each in prediction.channels}
         bound = math.isclose(abs(value), own.high, rel_tol=1e-6)
-        errors.append(SetUpError(channel, kind, value, sd[parameter], own.unit, own.sd, bound, changes, parameter))
+        errors.append(SetUpError(channel, kind, value, sd[parameter], own.unit, own.sd, bound, changes))
     return tuple(errors)
 
 

@@ -131,7 +131,7 @@ def _held(objective: Objective, optimum: Optimum) -> tuple[str, ...]:
         if name in setup:
             sd = f"{100 * setup[name].sd:.3g} %" if by_channel(name)[1] == GAIN else f"{setup[name].sd:.3g} {setup[name].unit}"
             if mostly := [own for own, by in zip(names, moved, strict=True) if by**2 > SETUP_DOMINATES]:
-                most.append(f"{called(name)} (known to {sd}) in {', '.join(mostly)}")
+                most.append(f"{called(*by_channel(name))} (known to {sd}) in {', '.join(mostly)}")
             continue
         if np.any(np.isnan(moved)):
             doubts.append(f"{name} is held, and the model runs at neither end of what it may be: intervals leave that out")

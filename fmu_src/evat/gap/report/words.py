@@ -83,7 +83,7 @@ def _without_effects(answer: Diagnosis) -> str:
 
 def set_up_named(errors: Sequence[SetUpError]) -> str:
     """Errors of the set-up in words."""
-    return " and ".join(called(error.name) for error in errors)
+    return " and ".join(called(error.channel, error.kind) for error in errors)
 
 
 def remainder(answer: Diagnosis) -> str:

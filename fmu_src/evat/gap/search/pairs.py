@@ -98,9 +98,12 @@ def polish(prediction: Prediction, whitening: BandWhitening, models: dict[Hypoth
     best = max((model.likelihood.evidence for key, model in models.items() if len(key) == 1), default=0.0)
     for key, base in list(models.items()):
         further = [pair for pair in pairs.values() if {p.name for p in base.parameters} <= {p.name for p in pair.parameters}]
-        if len(key) > 1 or not further or base.likelihood.evidence < best - CONSTANTS.hopeless_deficit:
+        if len(key) > 1 or not further:
             continue
-        values = max(further, key=lambda pair: pair.likelihood.evidence).values
+        whole = max(further, key=lambda pair: pair.likelihood.evidence)
+        if max(base.likelihood.evidence, whole.likelihood.evidence) < best - CONSTANTS.hopeless_deficit:
+            continue
+        values = whole.values
         start = np.array([p.place(float(values[p.name])) for p in base.parameters])
         again = fit(prediction, whitening, base.parameters, start, base.on, fixed=base.fixed)
         if again is not None and again.likelihood.log > base.likelihood.log:

@@ -204,9 +204,8 @@ def by_channel(name: str) -> tuple[str, str]:
     return channel, kind
 
 
-def called(name: str) -> str:
+def called(channel: str, kind: str) -> str:
     """A set-up error in words."""
-    channel, kind = by_channel(name)
     return "the moved mass" if kind == MASS else f"the {kind.replace('_', ' ')} of the {channel.replace('_', ' ')}"
 
 
