@@ -1,4 +1,4 @@
-"""How does the noise of a recording that nobody repeated go on from sample to sample? As where the residual of a model is calm.
+"""How does the noise of a recording that nobody repeated go on from sample to sample? It is read where the residual of a model is calm.
 
 What a model lacks is smooth within some samples, or comes with an event: a reversal, an entry, a jump. So the residual is cut into short
 windows, a parabola is taken out of each, and the calmest of them tell the correlation of neighbouring samples. What that is of a
