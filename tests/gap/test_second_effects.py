@@ -7,7 +7,9 @@ from types import SimpleNamespace
 from typing import Any
 
 import evat.gap as gap
+import numpy as np
 import pytest
+from evat.gap.search import pairs
 from evat.gap.verdict.constants import Constants
 from evat.gap.verdict.judgement import judge
 from evat.inference.hypothesis import Hypothesis
@@ -42,3 +44,29 @@ def test_none_is_named_that_was_not_tried_on_held_out_conditions(monkeypatch: py
     assert set(tried) == set(names)
     assert judgement.verdict == "unknown"
     assert math.isclose(judgement.features.left_at_least(OTHER), 0.95)
+
+
+def test_a_second_effect_is_looked_for_beside_the_first_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Wear beside a slack looked like nothing while the slack was not there; what it may do beside it was taken from then, too, so that the
+    pair was never fitted."""
+    seen = {"b": 5.0, "c": 50.0}
+    alone, point = SimpleNamespace(likelihood=SimpleNamespace(evidence=100.0), predicted=None, point=np.zeros(2)), np.ones(1)
+
+    def starts(base: Any, effect: Any) -> list[Any]:
+        assert base is alone
+        return [SimpleNamespace(evidence=100.0 + seen[effect.name], point=point)]
+
+    offered = [SimpleNamespace(name=name, rivals=()) for name in "abcd"]
+    rough = {Hypothesis((name,)): 0.0 for name in "abc"}  # d lacks an input
+    candidates: Any = SimpleNamespace(
+        models={FIRST: alone}, offered=offered, rough=rough, tell=lambda *_: None, screen=SimpleNamespace(starts=starts), whitening=None,
+        prediction=SimpleNamespace(model=SimpleNamespace(effects=offered)),
+    )  # fmt: skip
+    linear: Any = {BOTH: (110.0, alone, None, np.zeros(3)), OTHER: (101.0, alone, None, np.zeros(3))}
+    monkeypatch.setattr(pairs, "squares", lambda *_: {})
+    monkeypatch.setattr(pairs, "is_visible", lambda _: True)
+    promising = pairs._screened_beside_the_best(candidates, linear)
+    assert {on: merit[0] for on, merit in promising.items()} == {BOTH: 110.0, OTHER: 150.0}
+    assert promising[OTHER][3].tolist() == [0.0, 0.0, 1.0]
+    monkeypatch.setattr(pairs, "is_visible", lambda _: False)
+    assert pairs._screened_beside_the_best(candidates, linear) == linear

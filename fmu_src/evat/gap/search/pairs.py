@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from evat.constants import CONSTANTS
+from evat.gap.budget import is_visible, squares
 from evat.gap.search.candidates import Candidates, allowed
 from evat.gap.search.form import without
 from evat.gap.search.starts.linear import linear_fit
@@ -13,12 +14,12 @@ from evat.inference.band_whitening import BandWhitening
 from evat.inference.fit import Fit, fit
 from evat.inference.hypothesis import NOMINAL, Hypothesis
 from evat.inference.prediction import Prediction
-from evat.model import FloatArray
+from evat.model import Effect, FloatArray
 
 
 def try_pairs(candidates: Candidates) -> None:
     """Fit the pairs that promise most."""
-    _fit_promising(candidates, _beside_the_best(candidates))
+    _fit_promising(candidates, _screened_beside_the_best(candidates, _beside_the_best(candidates)))
     _swap(candidates)
 
 
@@ -48,6 +49,31 @@ def _beside_the_best(candidates: Candidates) -> Merit:
     return merit
 
 
+def _screened_beside_the_best(candidates: Candidates, merit: Merit) -> Merit:
+    """The same, with what is screened anew beside the best single effect, where that leaves a gap that can be seen: once it is there,
+    others look as they did not before."""
+    singles = {key: model for key, model in candidates.models.items() if len(key) == 1}
+    leader = max(singles, key=lambda key: singles[key].likelihood.evidence, default=NOMINAL)
+    if not leader.effects or not is_visible(squares(candidates.whitening, singles[leader].predicted)):
+        return merit
+    base, promising = singles[leader], dict(merit)
+    for effect in _screened(candidates):
+        key = leader.beside(effect.name)
+        if effect.name in leader or not allowed(candidates.prediction.model, key.effects):
+            continue
+        candidates.tell(f"trying {effect.name} beside {leader}", 0.75)
+        for start in candidates.screen.starts(base, effect)[:1]:
+            if key not in promising or start.evidence > promising[key][0]:
+                promising[key] = (start.evidence, base, start, np.concatenate([base.point, start.point]))
+                candidates.rough[key] = start.evidence
+    return promising
+
+
+def _screened(candidates: Candidates) -> list[Effect]:
+    """Effects that have what they need and do something here."""
+    return [effect for effect in candidates.offered if Hypothesis((effect.name,)) in candidates.rough]
+
+
 def _fit_promising(candidates: Candidates, merit: Merit) -> None:
     models = candidates.models
     singles = max((single.likelihood.evidence for single in models.values()), default=-np.inf)
@@ -73,8 +99,7 @@ def _swap(candidates: Candidates) -> None:
     best = max(evidence, key=lambda key: evidence[key], default=NOMINAL)
     if len(best) < 2:
         return
-    tried = [effect for effect in candidates.offered if Hypothesis((effect.name,)) in rough]
-    like = sorted(tried, key=lambda effect: -rough[Hypothesis((effect.name,))])[: CONSTANTS.swaps]
+    like = sorted(_screened(candidates), key=lambda effect: -rough[Hypothesis((effect.name,))])[: CONSTANTS.swaps]
     swaps = list[tuple[float, Hypothesis, Fit, Start]]()
     for kept in best.parts():
         (other,) = (part for part in best.parts() if part != kept)
