@@ -36,7 +36,7 @@
     LINE(stribeck)                                                                                                     \
     LINE(dwell_strengthening)                                                                                          \
     LINE(rate_and_state)                                                                                               \
-    LINE(position_dependence)                                                                                              \
+    LINE(position_dependence)                                                                                          \
     LINE(sticking_limit)                                                                                               \
     LINE(friction_wear)                                                                                                \
     LINE(elasto_plastic)                                                                                               \

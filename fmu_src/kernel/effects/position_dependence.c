@@ -1,5 +1,6 @@
-/* Position dependence: friction and force come back with the position, as a motor cogs and balls pass. Cogging: Jahns and
- * Soong 1996; friction of a ball screw over position: Otsuka 1992; harmonics of position: Popovic and Goldenberg 1998.
+/* Position dependence: friction and force come back with the position, as a motor cogs and balls pass. Cogging: Jahns
+ * and Soong 1996; friction of a ball screw over position: Otsuka 1992; harmonics of position: Popovic and Goldenberg
+ * 1998.
  */
 #include "effect.h"
 
