@@ -13,7 +13,7 @@ from evat.gap.search.compare import compare
 from evat.gap.verdict.features import features
 from evat.inference.hypothesis import Hypothesis
 from evat.inference.noise.estimate import without_jumps
-from evat.inference.noise.irregularity import Irregularity, bursts, irregular, lines
+from evat.inference.noise.irregularity import Irregularity, bursts, irregular, lines, smoother_than_calm
 from evat.inference.prediction import Prediction
 from scipy.signal import lfilter
 from toy import Toy, measured
@@ -82,6 +82,11 @@ def test_noise_is_no_smoother_than_where_it_is_calm(memory: float, tails: float)
     ]
     assert max(shares) < 0.2
     assert np.median(shares) < 0.02
+
+
+def test_a_recording_with_next_to_no_samples_tells_nothing_of_what_is_smooth() -> None:
+    """Of one that a burst fills nothing is left: its noise was no number."""
+    assert smoother_than_calm([noise(1), np.zeros(0), noise(2, count=2)]) == smoother_than_calm([noise(1)])
 
 
 def test_a_hum_is_a_line_at_its_frequency() -> None:

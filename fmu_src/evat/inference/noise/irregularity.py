@@ -207,6 +207,7 @@ def smoother_than_calm(rows: Sequence[FloatArray]) -> float:
     themselves, aside. 0 where that is not told."""
     regular = [without_lines(row) for row in rows]
     clear = [row[~bursts(row)] for row in regular]
+    clear = [row for row in clear if row.size >= CONSTANTS.calm_window]  # a burst may fill a recording
     windows = window_count(clear)
     filter_ = autoregression_where_calm(clear)
     if filter_ is None:
