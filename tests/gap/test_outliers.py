@@ -52,6 +52,16 @@ def test_what_is_beside_a_jump_or_lasts_or_comes_often_is_none() -> None:
     assert not np.any(unsure_outliers(noisy(tuple(range(20, 380, 20))), TRUE))
 
 
+def test_the_middle_of_a_rise_of_two_samples_is_unsure_where_it_stands_apart() -> None:
+    """There a part of a sample in time is as much as the rise, in every cycle; where it does not stand apart it tells of the rise."""
+    middles = tuple(range(20, 380, 20))
+    rises = TRUE + sum(np.clip((np.arange(TRUE.size) - first + 1) / 2, 0, 1) for first in middles)
+    unsure = unsure_outliers(noisy(middles), rises)
+    assert np.flatnonzero(unsure).tolist() == list(middles)
+    assert unsure[list(middles)] == pytest.approx(0.2, abs=0.05)
+    assert not np.any(unsure_outliers(noisy(), rises))
+
+
 def test_a_spark_is_no_discrepancy_of_the_model() -> None:
     """One sample of 500 that is 30 sd off, in a record that the model explains: no more is left, and no more unsure, than without it."""
     measured = force(TO_AND_FRO)

@@ -74,6 +74,16 @@ def test_a_run_so_sampled_is_the_record() -> None:
     assert np.array_equal(part.one(), held.one()[: part.measured.size])
 
 
+def test_a_jump_may_be_just_beyond_a_record() -> None:
+    """The tool leaves the work just before the record begins: a channel that is a part of a sample late shows it once more. Where the
+    motion is an input the ends tell what goes on there."""
+    predicted = np.where(np.arange(TIMES.size) < 120, 0.0, 5.0)
+    prediction = Prediction(MODEL, recorded({}))
+    assert unsure_ends(prediction, prediction.segments[0], predicted)[[0, -1]].tolist() == [5.0, 5.0]
+    prediction.jumps = False
+    assert not np.any(unsure_ends(prediction, prediction.segments[0], predicted))
+
+
 def test_clocks_are_told_by_jumps() -> None:
     held = with_clocks(Prediction(MODEL, recorded(LATE, noise=0.01)))
     assert held.setup.clocks == pytest.approx(LATE, abs=0.13 * STEP)

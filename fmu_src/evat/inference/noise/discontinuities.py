@@ -41,10 +41,23 @@ class Discontinuities:
 
 def bends(predicted: FloatArray) -> FloatArray:
     """Second differences that stand out from those around them: a curve is no jump."""
+    return np.abs(_bends(predicted))
+
+
+def rises(predicted: FloatArray) -> FloatArray:
+    """Of samples in the middle of a rise, which bends one way before them and the other behind, the smaller of these bends; else 0."""
+    bend, middle = _bends(predicted), np.zeros(predicted.size)
+    if predicted.size > 2:
+        size = np.minimum(np.abs(bend[:-2]), np.abs(bend[2:]))
+        middle[1:-1] = np.where(bend[:-2] * bend[2:] < 0, size, 0.0)
+    return middle
+
+
+def _bends(predicted: FloatArray) -> FloatArray:
     excess = np.zeros(predicted.size)
     if predicted.size > 2:
         second = np.diff(predicted, 2)
-        excess[1:-1] = np.abs(second - median_filter(second, CONSTANTS.curve_samples))
+        excess[1:-1] = second - median_filter(second, CONSTANTS.curve_samples)
     return excess
 
 

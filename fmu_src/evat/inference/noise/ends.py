@@ -2,7 +2,8 @@
 
 How bristles were bent before is a nuisance of each trial, whose course is that of one model: other parameters or an effect let it die
 away faster or slower, which is a nuisance, too. And a clock that is off shows, at the ends, what moved before and after, which nobody
-recorded. Either takes a few samples, and is many times the noise: a break-away from rest is the steepest that friction has.
+recorded. Either takes a few samples, and is many times the noise: a break-away from rest is the steepest that friction has, and where
+forces jump, as the tool enters the work and leaves it, one such jump may be just beyond.
 """
 
 from __future__ import annotations
@@ -39,5 +40,5 @@ def unsure_ends(prediction: Prediction, segment: Segment, predicted: FloatArray)
     reached = min(math.ceil(shift), predicted.size // CONSTANTS.least_samples_per_end)
     change = np.abs(np.diff(predicted))
     for end in (slice(None, reached), slice(-reached, None)) if reached else ():
-        unsure[end] = shift * np.max(change[end])
+        unsure[end] = np.max(change) if prediction.jumps else shift * np.max(change[end])
     return unsure
