@@ -6,9 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from evat.experiment import Experiment, Nominal, Trial
+from evat.experiment import Experiment, Means, Nominal, Trial
 from evat.inference.parameters import Scales
 from evat.model import Variable
+from evat.models.contact import ContactModel
 from toy import Toy
 
 
@@ -27,3 +28,15 @@ def test_a_quantity_of_another_unit_is_looked_for_about_its_start() -> None:
     assert span("1", -3.0) == pytest.approx((0.6, 15.0))
     assert span("s", 1.0) == pytest.approx((0.005, 2.0))
     assert span("Hz", 1.0) == pytest.approx((0.25, 45.0))
+
+
+def test_thicknesses_are_as_the_feeds_of_a_table() -> None:
+    """Not as the width of the cut, which all rows share, nor as a way in a second that no table of means has: a power of the thickness was
+    told at 2 mm, where no fit led back from."""
+    feeds = np.geomspace(15e-6, 180e-6, 6)
+    means = Means("means.csv", tuple("abcdef"), {"feed": feeds, "cutting_speed": np.ones(6)}, {"mean_principal_force": 1e6 * feeds}, {})
+    model, nominal = ContactModel(threads=1), Nominal({"width": 2e-3, "amplitude_x": 0.0}, (), {})
+    scales = Scales(model, Experiment(Path(), "a", "", nominal, {}, (), means, "hash of no file"))
+    thickness = next(variable for variable in model.variables if variable.name == "size_effect.h_ref")
+    low, high = scales.span(thickness)
+    assert 15e-6 < low < high < 500e-6

@@ -128,11 +128,18 @@ class Scales:
             speeds += [abs(value) for name, value in trial.values.items() if units.get(name) == "m/s"]
         speeds += [abs(v) for name, v in experiment.nominal.values.items() if units.get(name) == "m/s" and isinstance(v, float)]
         self.speed = float(np.median([speed for speed in speeds if speed > 0] or [0.1]))
-        lengths = [level for trial in experiment.trials for level in rms("m", trial.inputs)]
-        lengths += [abs(v) for name, v in experiment.nominal.values.items() if units.get(name) == "m" and isinstance(v, float)]
-        self.length = float(np.median([length for length in lengths if length > 0] or [self.speed * self.duration]))
+        varied = [level for trial in experiment.trials for level in rms("m", trial.inputs)]
+        for trial in experiment.trials:
+            varied += [abs(value) for name, value in trial.values.items() if units.get(name) == "m" and name != DISTANCE]
+        if experiment.means is not None:
+            varied += rms("m", {name: column for name, column in experiment.means.values.items() if name != DISTANCE})
+        # A feed that differs between cuts says more of how thick a chip is than the width of all of them.
+        stated = [abs(v) for name, v in experiment.nominal.values.items() if units.get(name) == "m" and isinstance(v, float)]
+        lengths = [length for length in varied if length > 0] or [length for length in stated if length > 0]
         slid = [trial.values.get(DISTANCE, 0.0) for trial in experiment.trials]  # before it, by a contact that wore on
-        self.distance = max(self.speed * self.duration, *slid) if slid else self.speed * self.duration
+        way = max(self.speed * self.duration, *slid) if slid else self.speed * self.duration
+        self.length = float(np.median(lengths or [self.speed * self.duration]))
+        self.distance = way if experiment.trials or not lengths else self.length  # means have no duration
         self.usual: Mapping[str, float] = {"s": self.duration, "N": self.force, "m/s": self.speed, "m": self.length}
 
     def span(self, variable: Variable) -> tuple[float, float]:
