@@ -44,11 +44,11 @@ class _Course:
     turned: bool
 
 
-def peaks(prediction: Prediction, whitening: BandWhitening, predicted: FloatArray, unit: str) -> list[Peak]:
+def peaks(prediction: Prediction, whitening: BandWhitening, predicted: FloatArray, unit: str, fewest: float) -> list[Peak]:
     """The highest peaks, the highest first, each with one phase for all and with phases of their own; empty where no motion was recorded or
     nothing is left.
 
-    predicted : (N,), of the model whose residual is looked at.
+    predicted : (N,), of the model whose residual is looked at; fewest : periods within the longest recording, or its way.
     """
     courses = _courses(prediction, whitening, predicted, unit)
     longest = max((float(np.ptp(course.place)) for course in courses), default=0.0)
@@ -56,7 +56,6 @@ def peaks(prediction: Prediction, whitening: BandWhitening, predicted: FloatArra
         return []
     finest = max(float(np.ptp(c.place)) / max(float(np.median(np.abs(np.diff(c.place)))), 1e-9 * longest) for c in courses) / 2
     most = int(min(finest, CONSTANTS.periodogram_periods if unit == WAY else CONSTANTS.periodogram_lines))
-    fewest = CONSTANTS.fewest_line_periods if unit == TIME else 0.5
     numbers = np.arange(int(4 * fewest), 4 * max(most, 1) + 1) / (4 * longest)  # four to a period of the longest
     if not numbers.size:
         return []

@@ -17,7 +17,7 @@ from evat.constants import CONSTANTS
 from evat.experiment import Experiment
 from evat.gap.search.starts.design import Design, neutral_values, points_over
 from evat.gap.search.starts.linear import expected_evidence, linear_fit
-from evat.gap.search.starts.periodogram import peaks
+from evat.gap.search.starts.periodogram import WAY, peaks
 from evat.gap.search.starts.plausible import plausible_amplitudes
 from evat.gap.search.starts.quadrature import in_phase, quadrature, sine_of
 from evat.inference.band_whitening import BandWhitening, Sums
@@ -103,7 +103,8 @@ class Screen:
         if sine is None:
             points = points_over(unknown)
         else:
-            tops = peaks(self.prediction, self.whitening, base.predicted, unknown[sine[0]].unit)
+            unit = unknown[sine[0]].unit
+            tops = peaks(self.prediction, self.whitening, base.predicted, unit, _fewest_periods(effect, unit))
             points = quadrature(tops, unknown, sine)
             phases = [{f"{unknown[sine[1]].name}{OWN}{key}": phase for key, phase in top.phases.items()} for top in tops]
         every = tuple(amplitudes(effect))
@@ -222,6 +223,13 @@ def _of_any_size(design: Design, reach: FloatArray) -> tuple[Design, FloatArray]
     spread = design.spreads[own.name]
     wide = np.fmax(spread, reach * spread)
     return replace(design, spreads={own.name: wide}), np.divide(reach * spread, wide, out=np.ones_like(wide), where=wide > 0)
+
+
+def _fewest_periods(effect: Effect, unit: str) -> float:
+    """Within the longest recording or way: what a sensor shows more slowly is a drift of it."""
+    if unit == WAY:
+        return CONSTANTS.least_ripple
+    return CONSTANTS.fewest_line_periods if effect.stage == "measurement" else CONSTANTS.fewest_turns
 
 
 def _is_time(strengths: Sequence[Variable]) -> bool:
