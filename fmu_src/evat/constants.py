@@ -409,6 +409,10 @@ class _Constants(ConstantTable):
     periodogram_periods = Constant(64, "1", "of a ripple over the position, within the longest way, at most")
     periodogram_lines = Constant(2000, "1", "periods of a line within the longest recording, at most")
     fewest_line_periods = Constant(4, "periods", "of a line within the longest recording: what is slower is a drift, or the motion's own")
+    fewest_turns = Constant(
+        1, "periods", "of a motion that turns, within the longest recording: a short cut is one turn of a spindle or two"
+    )
+    least_ripple = Constant(0.5, "periods", "of a ripple over the position, within the longest way")
     phases = Constant(16, "1", "of a sine, that are tried by its quadrature components", low=4)
     refined_points = Constant(
         10,
@@ -435,11 +439,16 @@ class _Constants(ConstantTable):
     )
     law_steps = Constant(40, "steps", "of the fit of another base law", source="budget of work")
     paired_singles = Constant(4, "1", "singles beside which a second effect is tried", source="budget of work")
-    pair_fits = Constant(3, "1", "pairs that are fitted, to a part of the samples and then to all", source="budget of work")
+    pair_fits = Constant(3, "1", "pairs that are fitted, where there are as many", source="budget of work")
+    most_pair_fits = Constant(8, "1", "the same, where linear sums have them as good as the best of those", source="budget of work")
     gain_of_a_pair = Constant(2.0, "log evidence", "over the best single; less may be chance")
-    swaps = Constant(8, "1", "effects that are tried in place of one of the best pair, where a pair leads", source="budget of work")
+    swapped_pairs = Constant(
+        2, "1", "pairs that lead, as likely as each other, in which others are tried in place of either effect", source="budget of work"
+    )
+    swaps = Constant(8, "1", "effects that are tried in place of either of such a pair, where a pair leads", source="budget of work")
     swap_fits = Constant(3, "1", "of those, how many are fitted", source="budget of work")
     singles_fitted_to_all = Constant(5, "1", "of those that were fitted to a part")
+    pairs_fitted_to_all = Constant(5, "1", "of those that were fitted to a part, and hardly worse than the best of them")
 
     # How large the gap is, and whether a fit is to be believed
     noise_floor_error = Constant(0.02, "of the noise floor", "no structural square is known better: on held-out conditions, less is none")

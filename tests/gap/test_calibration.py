@@ -11,10 +11,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from evat.commands.main import app
+from evat.gap.search.candidates import of_one_family
 from evat.gap.verdict import constants as kept_constants
 from evat.gap.verdict.calibrate import CalibrationCase, fit_constants, probability, with_unknown
 from evat.gap.verdict.constants import Constants, store, stored
-from evat.gap.verdict.features import Features, of_one_family
+from evat.gap.verdict.features import Features
 from evat.gap.verdict.judgement import MISTUNED, NO_GAP, UNKNOWN, judge
 from evat.inference.hypothesis import Hypothesis
 from evat.model import EvatError

@@ -10,9 +10,11 @@ import evat.gap as gap
 import numpy as np
 import pytest
 from evat.gap.search import pairs
+from evat.gap.search.candidates import best_pairs
 from evat.gap.verdict.constants import Constants
 from evat.gap.verdict.judgement import judge
 from evat.inference.hypothesis import Hypothesis
+from evat.models.contact import ContactModel
 from test_calibration import _features as features
 
 FIRST, BOTH, OTHER = Hypothesis(("a",)), Hypothesis(("a", "b")), Hypothesis(("a", "c"))
@@ -70,3 +72,26 @@ def test_a_second_effect_is_looked_for_beside_the_first_anew(monkeypatch: pytest
     assert promising[OTHER][3].tolist() == [0.0, 0.0, 1.0]
     monkeypatch.setattr(pairs, "is_visible", lambda _: False)
     assert pairs._screened_beside_the_best(candidates, linear) == linear
+
+
+def test_two_sensors_of_one_chain_take_no_place_of_pairs_that_are_named() -> None:
+    """A delay beside a low-pass is one filter: one such pair is fitted beside the best of the others, since it tells what the library
+    knows."""
+    chain, other, own = ("input_delay", "sensor_lowpass"), ("sensor_delay", "sensor_lowpass"), ("sensor_delay", "sensor_offset")
+    ranked = [Hypothesis(names) for names in (chain, other, own, ("input_delay", "sensor_offset"), ("sensor_gain", "sensor_offset"))]
+    assert best_pairs(ContactModel(threads=1), ranked, 2) == [ranked[0], ranked[2], ranked[3]]
+
+
+def test_either_of_two_pairs_that_lead_is_asked_what_could_stand_in(monkeypatch: pytest.MonkeyPatch) -> None:
+    """By a hair the second is behind, and the truth is that with another in the place of one of its effects."""
+    evidence = {("a", "b"): 100.0, ("a", "c"): 99.0, ("a", "d"): 80.0, ("a",): 50.0}
+    models = {Hypothesis(names): SimpleNamespace(likelihood=SimpleNamespace(evidence=value)) for names, value in evidence.items()}
+    model = SimpleNamespace(effects=[SimpleNamespace(name=name, rivals=(), family=name, stage="friction") for name in "abcd"])
+    candidates: Any = SimpleNamespace(
+        prediction=SimpleNamespace(model=model), models=models, offered=model.effects, without_effects=0.0,
+        rough={Hypothesis((name,)): 0.0 for name in "abcd"},
+    )  # fmt: skip
+    asked = list[Hypothesis]()
+    monkeypatch.setattr(pairs, "_in_place_of", lambda _, pair, kept, other, effects: asked.append(pair) or {})
+    pairs._swap(candidates)
+    assert asked == [BOTH, BOTH, OTHER, OTHER]

@@ -50,3 +50,17 @@ def allowed(model: Model, effects: Sequence[str]) -> bool:
     """May these be on together?"""
     rivals = {effect.name: effect.rivals for effect in model.effects}
     return not any(other in rivals.get(name, ()) for name in effects for other in effects)
+
+
+def of_one_family(model: Model, on: Hypothesis) -> bool:
+    """Whether these are parts of one cause: a chain of sensors is one filter, whichever of its kind the library has for it."""
+    own = [effect for effect in model.effects if effect.name in on]
+    return len(own) > 1 and len({effect.family for effect in own}) == 1 and any(effect.stage == "measurement" for effect in own)
+
+
+def best_pairs(model: Model, ranked: Sequence[Hypothesis], most: int) -> list[Hypothesis]:
+    """The first pairs of a ranking, and the best of those that are parts of one cause: these tell what the library knows, and are never
+    named."""
+    parts = [on for on in ranked if of_one_family(model, on)]
+    apart = [on for on in ranked if on not in parts][:most]
+    return [on for on in ranked if on in apart or on in parts[:1]]

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from evat.constants import CONSTANTS
 from evat.gap.budget import is_visible, squares
-from evat.gap.search.candidates import Candidates, allowed
+from evat.gap.search.candidates import Candidates, allowed, best_pairs, of_one_family
 from evat.gap.search.form import without
 from evat.gap.search.starts.linear import linear_fit
 from evat.gap.search.starts.screen import Start
@@ -75,14 +77,17 @@ def _screened(candidates: Candidates) -> list[Effect]:
 
 
 def _fit_promising(candidates: Candidates, merit: Merit) -> None:
+    """The pairs of most merit, and as many more as may be as good as the best of them."""
     models = candidates.models
     singles = max((single.likelihood.evidence for single in models.values()), default=-np.inf)
-    for place, key in enumerate(sorted(merit, key=lambda k: -merit[k][0])[: CONSTANTS.pair_fits]):
-        candidates.tell(f"fitting {' and '.join(key)}", 0.75 + 0.2 * place / CONSTANTS.pair_fits)
-        if merit[key][0] < singles + CONSTANTS.gain_of_a_pair:
+    ranked, best = sorted(merit, key=lambda key: -merit[key][0]), -np.inf
+    for place, key in enumerate(best_pairs(candidates.prediction.model, ranked, CONSTANTS.most_pair_fits)):
+        candidates.tell(f"fitting {' and '.join(key)}", 0.75 + 0.2 * place / CONSTANTS.most_pair_fits)
+        value, base, start, point = merit[key]
+        if value < singles + CONSTANTS.gain_of_a_pair or (place >= CONSTANTS.pair_fits and value < best - CONSTANTS.hopeless_deficit):
             break
-        _, base, start, point = merit[key]
         _fit_beside(candidates, key, base, start, point)
+        best = max(best, models[key].likelihood.evidence if key in models else -np.inf)
 
 
 def _fit_beside(candidates: Candidates, key: Hypothesis, base: Fit, start: Start, point: FloatArray) -> None:
@@ -93,28 +98,44 @@ def _fit_beside(candidates: Candidates, key: Hypothesis, base: Fit, start: Start
 
 
 def _swap(candidates: Candidates) -> None:
-    """What else could stand in for either effect of the best pair? Screened anew beside the other, since alone it looks different."""
-    prediction, whitening, models, rough = candidates.prediction, candidates.whitening, candidates.models, candidates.rough
-    evidence = {key: model.likelihood.evidence for key, model in models.items()}
-    best = max(evidence, key=lambda key: evidence[key], default=NOMINAL)
-    if len(best) < 2:
+    """What else could stand in for either effect of a pair that leads? Screened anew beside the other, since alone it looks different."""
+    prediction, models, rough = candidates.prediction, candidates.models, candidates.rough
+    evidence = {key: each.likelihood.evidence for key, each in models.items() if not of_one_family(prediction.model, key)}
+    best = max(evidence.values(), default=-np.inf)
+    near = [key for key in sorted(evidence, key=lambda key: -evidence[key]) if evidence[key] > best - CONSTANTS.hopeless_deficit]
+    if not near or len(near[0]) < 2:
         return
     like = sorted(_screened(candidates), key=lambda effect: -rough[Hypothesis((effect.name,))])[: CONSTANTS.swaps]
-    swaps = list[tuple[float, Hypothesis, Fit, Start]]()
-    for kept in best.parts():
-        (other,) = (part for part in best.parts() if part != kept)
-        base = models.get(kept) or (without(prediction, whitening, models[best], other.effects) if other.effects else None)
-        for effect in like:
-            key = kept.beside(effect.name)
-            if base is None or effect.name in kept or key in models or not allowed(prediction.model, key.effects):
-                continue
-            candidates.tell(f"trying {effect.name} beside {kept}", 0.93)
-            swaps += [(start.evidence, key, base, start) for start in candidates.screen.starts(base, effect)[:1]]
-    deficit = max(CONSTANTS.hopeless_deficit, CONSTANTS.error_of_linear_gain * (evidence[best] - candidates.without_effects))
-    for value, key, base, start in sorted(swaps, key=lambda each: -each[0])[: CONSTANTS.swap_fits]:
-        if value < evidence[best] - deficit:
+    swaps = dict[Hypothesis, tuple[float, Fit, Start]]()
+    for pair in [key for key in near if len(key) > 1][: CONSTANTS.swapped_pairs]:
+        for kept in pair.parts():
+            (other,) = (part for part in pair.parts() if part != kept)
+            swaps.update(_in_place_of(candidates, pair, kept, other, [effect for effect in like if kept.beside(effect.name) not in swaps]))
+    deficit = max(CONSTANTS.hopeless_deficit, CONSTANTS.error_of_linear_gain * (best - candidates.without_effects))
+    for key in sorted(swaps, key=lambda key: -swaps[key][0])[: CONSTANTS.swap_fits]:
+        value, base, start = swaps[key]
+        if value < best - deficit:
             break
         _fit_beside(candidates, key, base, start, np.concatenate([base.point, start.point]))
+
+
+def _in_place_of(
+    candidates: Candidates, pair: Hypothesis, kept: Hypothesis, other: Hypothesis, effects: Sequence[Effect]
+) -> dict[Hypothesis, tuple[float, Fit, Start]]:
+    """Pairs with one of `effects` in the place of the other of a pair: the evidence of each, and from where it is fitted."""
+    prediction, models = candidates.prediction, candidates.models
+    base = models.get(kept) or (without(prediction, candidates.whitening, models[pair], other.effects) if other.effects else None)
+    swaps = dict[Hypothesis, tuple[float, Fit, Start]]()
+    for effect in effects:
+        key = kept.beside(effect.name)
+        if base is None or effect.name in kept or key in models or not allowed(prediction.model, key.effects):
+            continue
+        if of_one_family(prediction.model, key):
+            continue
+        candidates.tell(f"trying {effect.name} beside {kept}", 0.93)
+        for start in candidates.screen.starts(base, effect)[:1]:
+            swaps[key] = (start.evidence, base, start)
+    return swaps
 
 
 def polish(prediction: Prediction, whitening: BandWhitening, models: dict[Hypothesis, Fit]) -> None:

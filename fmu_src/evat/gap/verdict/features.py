@@ -8,12 +8,12 @@ from dataclasses import dataclass, field, replace
 
 from evat.constants import CONSTANTS
 from evat.gap.budget import squares, structural_share
+from evat.gap.search.candidates import of_one_family
 from evat.gap.search.compare import Comparison
 from evat.gap.verdict.credibility import largest_shift
 from evat.inference.hypothesis import Hypothesis
 from evat.inference.noise.estimate import estimate_noise
 from evat.inference.noise.irregularity import Irregularity
-from evat.model import Model
 
 
 @dataclass(frozen=True)
@@ -79,12 +79,6 @@ def features(comparison: Comparison) -> Features:
         numbers=comparison.prediction.measured.size,
         one_family={on: of_one_family(comparison.prediction.model, on) for on in comparison.models},
     )
-
-
-def of_one_family(model: Model, on: Hypothesis) -> bool:
-    """Whether these are parts of one cause: a chain of sensors is one filter, whichever of its kind the library has for it."""
-    own = [effect for effect in model.effects if effect.name in on]
-    return len(own) > 1 and len({effect.family for effect in own}) == 1 and any(effect.stage == "measurement" for effect in own)
 
 
 def _irregular(comparison: Comparison) -> dict[str, Irregularity]:
