@@ -431,6 +431,7 @@ class _Constants(ConstantTable):
     )  # fmt: skip
     hopeless_deficit = Constant(12.0, "log evidence", "a model that is this far behind is not looked at closer")
     error_of_linear_gain = Constant(0.85, "of what the best model gains", "as far may a gain by linear sums be off", high=1.0)
+    lost_likelihood = Constant(3.0, "log likelihood", "by which a model is behind one that it contains, from which on it starts from there")
     full_fits = Constant(9, "1", "singles that are fitted with all parameters", source="budget of work")
     laws_from = Constant(0.005, "of the rms", "where recalibration leaves less, other base laws are not tried")
     law_starts = Constant(32, "1", "points from which another base law may start", source="budget of work")

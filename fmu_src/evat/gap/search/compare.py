@@ -11,7 +11,8 @@ from evat.constants import CONSTANTS
 from evat.gap.search.audit import Audit, audit
 from evat.gap.search.candidates import Candidates, Progress, allowed, best_pairs
 from evat.gap.search.form import with_form_of_law
-from evat.gap.search.pairs import polish, try_pairs
+from evat.gap.search.nested import polish
+from evat.gap.search.pairs import try_pairs
 from evat.gap.search.part import part_of
 from evat.gap.search.recalibration import NO_RUN, disbelieving, must, recalibrated_model
 from evat.gap.search.rival_laws import try_rival_laws
@@ -85,7 +86,7 @@ def compare(prediction: Prediction, report: Progress | None = None, perturbed: P
 
     searched = _searched(prediction, whitening, recalibrated, audited, numerical, by_inputs, tell)
     models = searched.models
-    polish(prediction, whitening, models)
+    polish(prediction, whitening, recalibrated, models)
     prediction, recalibrated, models = _with_slopes_over_intervals(prediction, whitening, recalibrated, models)
     recalibrated, models, forms = with_form_of_law(prediction, whitening, recalibrated, models)
     recalibrated = _believed(prediction, whitening, recalibrated, models)

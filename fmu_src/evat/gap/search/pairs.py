@@ -10,12 +10,11 @@ from evat.constants import CONSTANTS
 from evat.gap.budget import is_visible, squares
 from evat.gap.search.candidates import Candidates, allowed, best_pairs, of_one_family
 from evat.gap.search.form import without
+from evat.gap.search.nested import at_least
 from evat.gap.search.starts.linear import linear_fit
 from evat.gap.search.starts.screen import Start
-from evat.inference.band_whitening import BandWhitening
 from evat.inference.fit import Fit, fit
 from evat.inference.hypothesis import NOMINAL, Hypothesis
-from evat.inference.prediction import Prediction
 from evat.model import Effect, FloatArray
 
 
@@ -94,7 +93,7 @@ def _fit_beside(candidates: Candidates, key: Hypothesis, base: Fit, start: Start
     parameters = (*base.parameters, *start.parameters)
     whole = fit(candidates.prediction, candidates.whitening, parameters, point, key.effects, fixed={**base.fixed, **start.fixed})
     if whole is not None:
-        candidates.models[key] = whole
+        candidates.models[key] = at_least(candidates.prediction, candidates.whitening, whole, base)
 
 
 def _swap(candidates: Candidates) -> None:
@@ -136,21 +135,3 @@ def _in_place_of(
         for start in candidates.screen.starts(base, effect)[:1]:
             swaps[key] = (start.evidence, base, start)
     return swaps
-
-
-def polish(prediction: Prediction, whitening: BandWhitening, models: dict[Hypothesis, Fit]) -> None:
-    """Where a pair went further than its first effect alone, that goes on from there: a second effect is not paid for a longer way."""
-    pairs = {key: model for key, model in models.items() if len(key) > 1}
-    best = max((model.likelihood.evidence for key, model in models.items() if len(key) == 1), default=0.0)
-    for key, base in list(models.items()):
-        further = [pair for pair in pairs.values() if {p.name for p in base.parameters} <= {p.name for p in pair.parameters}]
-        if len(key) > 1 or not further:
-            continue
-        whole = max(further, key=lambda pair: pair.likelihood.evidence)
-        if max(base.likelihood.evidence, whole.likelihood.evidence) < best - CONSTANTS.hopeless_deficit:
-            continue
-        values = whole.values
-        start = np.array([p.place(float(values[p.name])) for p in base.parameters])
-        again = fit(prediction, whitening, base.parameters, start, base.on, fixed=base.fixed)
-        if again is not None and again.likelihood.log > base.likelihood.log:
-            models[key] = again

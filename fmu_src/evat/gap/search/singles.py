@@ -9,6 +9,7 @@ import numpy as np
 from evat.constants import CONSTANTS
 from evat.gap.budget import is_visible, squares
 from evat.gap.search.candidates import Candidates
+from evat.gap.search.nested import at_least
 from evat.gap.search.recalibration import farthest_shift
 from evat.gap.search.starts.screen import Start
 from evat.inference.band_whitening import BandWhitening
@@ -85,7 +86,7 @@ def _fit_promising(candidates: Candidates) -> None:
         parameters = (*recalibrated.parameters, *start.parameters)
         whole = fit(candidates.prediction, candidates.whitening, parameters, point, (name,), fixed=start.fixed)
         if whole is not None:
-            candidates.models[Hypothesis((name,))] = whole
+            candidates.models[Hypothesis((name,))] = at_least(candidates.prediction, candidates.whitening, whole, recalibrated)
 
 
 def _fit_from_nominal_values(candidates: Candidates, effects: Sequence[Effect]) -> None:

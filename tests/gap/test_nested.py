@@ -1,0 +1,70 @@
+"""Is a model at least as likely as one that it contains, whatever local optimum its first fit came to?"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from evat.gap.search import nested
+from evat.inference.hypothesis import Hypothesis
+from evat.model import FloatArray
+
+AMPLITUDE, SHAPE = (
+    SimpleNamespace(name="a.size", neutral=0.0),
+    SimpleNamespace(name="a.length", neutral=float("nan")),
+)
+PREDICTION: Any = SimpleNamespace(model=SimpleNamespace(effects=[SimpleNamespace(name="a", variables=[AMPLITUDE, SHAPE])]))
+LEVEL = SimpleNamespace(name="F_C")
+
+
+def model(log: float, point: Sequence[float], names: Sequence[str], on: tuple[str, ...] = ()) -> Any:
+    parameters = tuple(SimpleNamespace(name=name) for name in names)
+    return SimpleNamespace(
+        likelihood=SimpleNamespace(log=log, evidence=log), point=np.array(point), parameters=parameters, on=on, fixed={}, values={}
+    )
+
+
+PART = model(-500.0, [1.5], ["F_C"])
+
+
+@pytest.fixture
+def starts(monkeypatch: pytest.MonkeyPatch) -> list[list[float]]:
+    """Where fits start. They end there: at -300 where the effect does nothing at the level of the part, else at -700."""
+    tried = list[list[float]]()
+
+    def fit(prediction: Any, whitening: Any, parameters: Any, start: FloatArray, on: Any, *, fixed: Any) -> Any:
+        tried.append(start.tolist())
+        return model(-300.0 if start[:2].tolist() == [1.5, 0.0] else -700.0, start, [p.name for p in parameters], on)
+
+    monkeypatch.setattr(nested, "fit", fit)
+    return tried
+
+
+def whole(log: float) -> Any:
+    return model(log, [-2.0, 3.0, 0.7], ["F_C", "a.size", "a.length"], ("a",))
+
+
+def test_a_fit_that_came_less_far_starts_from_what_it_contains(starts: list[list[float]]) -> None:
+    """First with the effect as it is, then where it does nothing; what has no nothing, such as a length, stays."""
+    assert nested.at_least(PREDICTION, None, whole(-600.0), PART).likelihood.log == -300.0  # type: ignore[arg-type]
+    assert starts == [[1.5, 3.0, 0.7], [1.5, 0.0, 0.7]]
+
+
+def test_a_fit_that_came_as_far_is_kept(starts: list[list[float]]) -> None:
+    fitted = whole(-501.0)
+    assert nested.at_least(PREDICTION, None, fitted, PART) is fitted  # type: ignore[arg-type]
+    assert nested.at_least(PREDICTION, None, fitted, model(-100.0, [0.0], ["sigma0"])) is fitted  # type: ignore[arg-type]
+    assert not starts
+
+
+def test_a_pair_starts_from_the_better_of_its_effects(starts: list[list[float]], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(nested, "_go_on_from_pairs", lambda *_: None)
+    alone = model(-400.0, [1.5, 0.0, 0.2], ["F_C", "b.size", "a.length"], ("b",))
+    pair = model(-600.0, [0.0, 9.0, 0.2, 8.0], ["F_C", "b.size", "a.length", "a.size"], ("a", "b"))
+    models = {Hypothesis(("a",)): whole(-450.0), Hypothesis(("b",)): alone, Hypothesis(("a", "b")): pair}
+    nested.polish(PREDICTION, None, model(-1000.0, [0.0], ["F_C"]), models)  # type: ignore[arg-type]
+    assert models[Hypothesis(("a", "b"))].likelihood.log == -300.0
+    assert starts[-1] == [1.5, 0.0, 0.2, 8.0]
