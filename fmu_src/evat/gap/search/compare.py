@@ -9,7 +9,7 @@ import numpy as np
 
 from evat.constants import CONSTANTS
 from evat.gap.search.audit import Audit, audit
-from evat.gap.search.candidates import Candidates, Progress, allowed, best_pairs
+from evat.gap.search.candidates import Candidates, Progress, allowed, best_pairs, of_one_family
 from evat.gap.search.form import with_form_of_law
 from evat.gap.search.nested import polish
 from evat.gap.search.pairs import try_pairs
@@ -192,7 +192,8 @@ def _fitted_to_all(
     ranked = sorted(tried, key=lambda on: -tried[on].likelihood.evidence)
     singles = [on for on in ranked if len(on) == 1][: CONSTANTS.singles_fitted_to_all]
     pairs = best_pairs(prediction.model, [on for on in ranked if len(on) == 2], CONSTANTS.pairs_fitted_to_all)
-    near = max((tried[on].likelihood.evidence for on in pairs), default=0.0) - CONSTANTS.hopeless_deficit
+    named = [tried[on].likelihood.evidence for on in pairs if not of_one_family(prediction.model, on)]
+    near = max(named, default=0.0) - CONSTANTS.hopeless_deficit
     pairs = [on for place, on in enumerate(pairs) if place < CONSTANTS.pair_fits or tried[on].likelihood.evidence > near]
     chosen = dict.fromkeys([*singles, *[part for on in pairs for part in on.parts() if part in tried], *pairs])
     models = dict[Hypothesis, Fit]()

@@ -77,16 +77,17 @@ def _screened(candidates: Candidates) -> list[Effect]:
 
 def _fit_promising(candidates: Candidates, merit: Merit) -> None:
     """The pairs of most merit, and as many more as may be as good as the best of them."""
-    models = candidates.models
+    models, model = candidates.models, candidates.prediction.model
     singles = max((single.likelihood.evidence for single in models.values()), default=-np.inf)
     ranked, best = sorted(merit, key=lambda key: -merit[key][0]), -np.inf
-    for place, key in enumerate(best_pairs(candidates.prediction.model, ranked, CONSTANTS.most_pair_fits)):
+    for place, key in enumerate(best_pairs(model, ranked, CONSTANTS.most_pair_fits)):
         candidates.tell(f"fitting {' and '.join(key)}", 0.75 + 0.2 * place / CONSTANTS.most_pair_fits)
         value, base, start, point = merit[key]
         if value < singles + CONSTANTS.gain_of_a_pair or (place >= CONSTANTS.pair_fits and value < best - CONSTANTS.hopeless_deficit):
             break
         _fit_beside(candidates, key, base, start, point)
-        best = max(best, models[key].likelihood.evidence if key in models else -np.inf)
+        if key in models and not of_one_family(model, key):
+            best = max(best, models[key].likelihood.evidence)
 
 
 def _fit_beside(candidates: Candidates, key: Hypothesis, base: Fit, start: Start, point: FloatArray) -> None:
