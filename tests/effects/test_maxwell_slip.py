@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from asking import OUTSIDE, follow
 from driving import Values
+from evat.models.contact import ContactModel
 from scipy.integrate import solve_ivp
 
 ON = ("maxwell_slip",)
@@ -104,3 +105,17 @@ def test_closed_ways_take_energy(seed: int) -> None:
     times, speed = led([0.0, *([wide, -wide] * 2)])
     energy = follow(times, {"slip_velocity": speed}, {**LEVEL, **OWN}, ON, "dissipated_energy")[0]
     assert energy[400] - energy[200] == pytest.approx(4 * F_C * (wide - STROKES.mean()), rel=0.01)
+
+
+@pytest.mark.parametrize("law", ["lugre", "dahl"])
+@pytest.mark.parametrize("share", [1e-51, 1e-3, 0.1, 1.0])
+def test_turning_without_vibration_has_the_friction_of_steady_sliding(law: str, share: float) -> None:
+    """Whatever the share. Each cycle loads an element by as much as the one before, until it gives way: a slope of 1 but for roundings, by
+    which a search for a cycle that comes back went to a load of 1e13 that a cycle hardly changes, and to a force of -1e67 N."""
+    speeds = np.geomspace(0.15, 3.0, 60)
+    values = {"kinematics": "internal", "friction_law": law, "amplitude_x": 0.0, "amplitude_y": 0.0, "cutting_speed": speeds}
+    own = {"maxwell_slip.share": share, "maxwell_slip.stroke": 1.6e-4, "maxwell_slip.ratio": 5.2}
+    model, outputs = ContactModel(threads=1), ("mean_feed_force", "mean_principal_force")
+    slipped, steady = (model.settled(outputs, on, {**values, **given}) for on, given in ((ON, own), ((), {})))
+    for name in outputs:
+        np.testing.assert_allclose(slipped[name], steady[name], rtol=1e-4)

@@ -209,6 +209,7 @@ struct Search {
     double miss[UNKNOWNS], scale[UNKNOWNS]; /* what a cycle adds to the states, and what is little of each */
     double slope[UNKNOWNS][UNKNOWNS]; /* of what a cycle makes of them */
     double step[UNKNOWNS], missed; /* the next one; the largest miss, by its scale */
+    int went_far[UNKNOWNS]; /* beyond all that a state may come to: what is little of it is as it was before */
     int knows_slopes, more, done, lost;
     double steps; /* of the integration */
 };
@@ -237,6 +238,22 @@ static void solve_step(struct Search *x, int count)
             A[n][c] = (n == c) - x->slope[n][c];
     }
     solve_linear(count, A, x->step);
+}
+
+/* A state that each cycle moves on by as much as the one before has a slope of 1 but for roundings, by which a step
+ * leads anywhere, and to either side, or nowhere where there are none: it goes on as cycles do, beyond all that it may
+ * come to. Not a position, which comes to no end. */
+#define BEYOND_ALL 1e6 /* of what is little of a state */
+
+static void turn_as_missed(struct Search *x, const struct Configuration *w, int count)
+{
+    for (int n = 0; n < count; ++n) {
+        const int stays = x->slope[n][n] == 1 && x->step[n] == 0 && x->miss[n] != 0;
+        if (!is_position(w, n) && (stays || fabs(x->step[n]) > BEYOND_ALL * x->scale[n])) {
+            x->step[n] = copysign(stays ? BEYOND_ALL * x->scale[n] : x->step[n], x->miss[n]);
+            x->went_far[n] = 1;
+        }
+    }
 }
 
 static double furthest(const double *miss, const double *scale, int count)
@@ -286,6 +303,7 @@ static void begin_anew(struct Search *x, int count, lanes *from, int i)
     if (x->done)
         return;
     memset(x->slope, 0, sizeof x->slope);
+    memset(x->went_far, 0, sizeof x->went_far);
     x->steps = x->more = 0;
     for (int n = 0; n < count; ++n)
         from[n][i] = 0;
@@ -349,8 +367,10 @@ static enum Status find_states(struct Contact *contact, const struct Configurati
                 update_slopes(x, used, miss);
             for (int n = 0; n < used && !x->done; ++n) {
                 x->miss[n] = miss[n];
-                x->scale[n] = is_position(w, n) ? scale_of(contact, unknown_index(w, n), i)
-                                                : larger(scale_of(&trial, unknown_index(w, n), i), fabs(from[n][i]));
+                if (!x->went_far[n])
+                    x->scale[n] = is_position(w, n)
+                                      ? scale_of(contact, unknown_index(w, n), i)
+                                      : larger(scale_of(&trial, unknown_index(w, n), i), fabs(from[n][i]));
             }
             const double missed = furthest(x->miss, x->scale, used);
             renew[i] = by_slopes && !x->done &&
@@ -372,6 +392,7 @@ static enum Status find_states(struct Contact *contact, const struct Configurati
             if (x->done)
                 continue;
             solve_step(x, used);
+            turn_as_missed(x, w, used);
             const int near = larger(x->missed, furthest(x->step, x->scale, used)) <= enough_of(&trial, i);
             x->done = near && (forces_came_back(&trial, w, used, (const lanes *)from, i) || ++x->more > MORE_CYCLES);
             const int gives_up = !x->done && x->steps > most_steps_of_cycles(contact);

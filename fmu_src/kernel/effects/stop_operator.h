@@ -17,10 +17,12 @@ static inline double stop_rate(double y, double s) { return s * smaller(1, (1 - 
 
 static inline int gives_way(double y, double s) { return s * y > 1 - ROUNDED; }
 
-/* Exact, whatever the speed was. */
+/* Exact, whatever the speed was. A load beyond the limit, which no motion leads to and a search may try, is the limit:
+ * else it would be one that a cycle hardly changes, and so one that comes back. */
 static inline double stop_after(double y, double s, double way)
 {
-    const double straight = smaller(larger(1 - ROUNDED - s * y, 0), way), u = s * y + straight;
+    const double load = larger(smaller(s * y, 1), -1);
+    const double straight = smaller(larger(1 - ROUNDED - load, 0), way), u = load + straight;
     return s * (u + (1 - u) * (1 - exponential((straight - way) / ROUNDED)));
 }
 
