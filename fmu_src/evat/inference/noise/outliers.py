@@ -3,7 +3,7 @@
 A spark, a lost bit, a bump of the table: one of them weighs as much as a hundred samples in a sum of squares, and passes for a discrepancy
 of the model. A sample that stands alone is as unsure as it is far off. Where a prediction jumps or is steep one may stand apart for its
 time, as in a break-away; and what does so often is no accident, but a part of what goes on. But in the middle of a rise that takes two
-samples, as where a tool enters the work, a hundredth of a sample in time is as much, and comes back in every cycle.
+samples, as where a tool enters the work, a part of a sample in time is as much, and comes back in every cycle.
 """
 
 from __future__ import annotations
