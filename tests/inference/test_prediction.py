@@ -88,6 +88,26 @@ def test_means_are_those_of_the_periodic_motion() -> None:
             assert row[segment.at] == pytest.approx(run[name][-1], rel=1e-5)
 
 
+def test_rows_of_one_condition_are_simulated_once() -> None:
+    """Replicates share a simulation, to the bit, wherever they stand in the table."""
+    asked = list[int]()
+
+    class Counted(ContactModel):
+        def simulate_many(self, run: Run, on: Any, values: Any) -> Any:
+            asked.append(np.size(values["cutting_speed"]))
+            return super().simulate_many(run, on, values)
+
+    def predicted(*speeds: float) -> Any:
+        column = np.array(speeds)
+        means = Means("m.csv", tuple(map(str, range(column.size))), {"cutting_speed": column}, {"mean_feed_force": column}, {})
+        nominal: dict[str, float | str] = {"kinematics": "internal", "friction_law": "lugre"}
+        return Prediction(Counted(1), experiment(means=means, values=nominal)).many({"F_C": np.array([5.0, 12.0])})
+
+    alone = predicted(0.1, 0.3)
+    assert np.array_equal(predicted(0.3, 0.1, 0.3, 0.1, 0.1), alone[:, [1, 0, 1, 0, 0]])
+    assert asked == [4, 4]  # two speeds, two sets each
+
+
 def test_the_jacobian_is_the_slope_of_the_prediction() -> None:
     """Against central differences ten times as wide, whose error falls with the square; at an upper bound it is taken from within."""
     prediction = Prediction(MODEL, experiment(trial(0), trial(1)))

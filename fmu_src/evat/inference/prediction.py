@@ -370,15 +370,17 @@ class Prediction:
         return {**self.nominal, **values, **of_trial}
 
     def _means(self, means: Means, effects: Sequence[str], values: Values, count: int) -> FloatArray:
-        """All rows of all sets in one call: (count, channels * rows)."""
-        rows = len(means.conditions)
+        """All rows of all sets in one call: (count, channels * rows). Rows of one condition (replicates) are simulated once."""
+        columns = np.column_stack([*means.values.values(), np.zeros(len(means.conditions))])
+        distinct, row_of = np.unique(columns, axis=0, return_inverse=True)
+        rows = len(distinct)
         own = self._own(self.of_model_alone(values), {})
         # The sets of a row are neighbours: lanes that move alike step alike, in half of the time.
         sets = {name: np.tile(value, rows) if np.ndim(value) == 1 else value for name, value in own.items()}
-        sets.update({name: np.repeat(column, count) for name, column in means.values.items()})
+        sets.update({name: np.repeat(column, count) for name, column in zip(means.values, distinct.T, strict=False)})
         names = {channel: self.variable_of(channel) for channel in means.outputs}
         settled = self.model.settled(tuple(dict.fromkeys(names.values())), effects, sets)
-        return np.concatenate([settled[name].reshape(rows, count).T for name in names.values()], axis=1)
+        return np.concatenate([settled[name].reshape(rows, count)[row_of.ravel()].T for name in names.values()], axis=1)
 
 
 def runs_at_a_time(model: Model) -> int:
