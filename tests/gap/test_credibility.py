@@ -212,6 +212,16 @@ def test_a_second_effect_counts_where_the_first_alone_is_not_credible() -> None:
     assert judge(replace(seen, shifts={BEND: 12.0, leans: 1.0, both: 1.0}), Constants()).chosen == both
 
 
+@pytest.mark.parametrize(("shift", "named"), [(3.0, "bend"), (5.0, "lean")])
+def test_a_value_that_is_not_credible_counts_in_full_against_what_needs_it(shift: float, named: str) -> None:
+    """Evidence that leans on forms of laws is taken at a temperature; what the owner states of a value is not."""
+    leans = Hypothesis(("lean",))
+    seen = features(30, {"bend": (540, 0.02), "lean": (490, 0.03)}, exact=-50)
+    judged = judge(replace(seen, shifts={BEND: shift, leans: 1.0}), Constants())
+    assert judged.chosen == Hypothesis((named,))
+    assert judged.verdict == "effect"
+
+
 @pytest.mark.parametrize(("left", "verdict"), [(0.05, "effect"), (0.97, "unknown")])
 def test_the_share_that_counts_is_that_of_held_out_conditions(left: float, verdict: str) -> None:
     seen = replace(features(30, {"bend": (300, 0.02)}, exact=-50), held_out={BEND: left})

@@ -98,6 +98,8 @@ def steps(features: Features, constants: Constants, reverse: Collection[str] = (
     lefts = {on: share * seen if share < worse else share for on, share in shares.items()}
     firsts = {on: _first(on, features) if features.one_family.get(on) else None for on in lefts}  # what these leave alone counts
     scores = {on: _score(on, _credited(on, features, constants) / overstated, lefts[firsts[on] or on], constants) for on in features.gain}
+    if "credible_values" not in reverse:
+        scores = {on: score - _surprise(features.shifts.get(on, 0.0)) for on, score in scores.items()}
     # What may be chance explains nothing.
     sure = {
         on: 1.0 if "beyond_chance" in reverse else _sigmoid((gain - CONSTANTS.chance_evidence) / CONSTANTS.chance_evidence_scale)
@@ -241,6 +243,12 @@ def _first(on: Hypothesis, features: Features) -> Hypothesis | None:
 
 def _score(on: Hypothesis, gain: float, left: float, constants: Constants) -> float:
     return gain / constants.temperature - 0.5 * constants.sharpness * math.log(left + constants.form) - constants.effect_cost * len(on)
+
+
+def _surprise(shift: float) -> float:
+    """Log-odds against a hypothesis that moves a nominal value so many prior standard deviations, beyond what is credible. In full, unlike
+    evidence: what its owner states of a value leans on no form of a law."""
+    return 0.5 * max(shift**2 - CONSTANTS.credible_shift**2, 0.0)
 
 
 def _sigmoid(x: float) -> float:
