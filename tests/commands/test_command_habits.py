@@ -40,6 +40,7 @@ def said(*arguments: str) -> tuple[int, str, str]:
 @pytest.mark.parametrize(
     ("arguments", "near"),
     [
+        (("check", "rig"), "Did you mean 'experiment check'?"),
         (("info", "lugr"), "did you mean lugre"),
         (("info", "nosuch"), "`evat info` lists the 3"),
         (("info", "SIGMA0"), "did you mean sigma0"),

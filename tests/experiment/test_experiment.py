@@ -453,6 +453,7 @@ def test_the_hash_knows_every_byte_of_every_file(tmp_path: Path) -> None:
         ("F_C = 0.2", "F_C = -0.2", r"nominal.relative_sd.F_C: -0.2; a number of at least 0"),
         ("F_C = 0.2", "damping_mode = 0.2", r"nominal.relative_sd.damping_mode: only numbers"),
         ("F_C = 0.2", "F_D = 0.2", r"nominal.relative_sd.F_D: the component has no variable 'F_D'"),
+        ("F_C = 0.2", "mass = 0.2", r"nominal.relative_sd.mass: mass has no standard deviation of its own: a mass is known to 5 %"),
         ('unit = "mm/s"', 'unit = "mm/fortnite"', r"signals.slip_velocity.unit: unit 'mm/fortnite'"),
         ('unit = "mm/s"', 'unit = "mm"', r"signals.slip_velocity.unit: 'mm' does not measure what 'm/s' measures"),
         ('unit = "mm/s"\n', "", r"signals.slip_velocity: key 'unit' is missing"),
@@ -875,6 +876,22 @@ def test_what_was_typed_in_mm_s_is_shown_in_mm_s(tmp_path: Path) -> None:
         for name in ("slip_velocity", "v_s"):  # what is recorded, and what is of its kind
             assert as_typed(kernel.variable(name), {"slip_velocity": signal}).display_unit == unit
     assert as_typed(as_it_is, {"slip_velocity": scaled}) is as_it_is
+
+
+def test_check_says_how_well_all_is_known_and_how_often_it_was_measured(tmp_path: Path) -> None:
+    """A slip in [nominal.relative_sd] or [setup_sd], or a condition that was typed in two ways, passed unseen."""
+    toml = TOML + "\n[setup_sd.friction_force]\ngain = 0.03\nzero = 0.5\nclock = 2\n"
+
+    def shown(at: Path) -> str:
+        return " ".join(CliRunner().invoke(app, ["experiment", "check", str(at)], env={"COLUMNS": "250"}).output.split())
+
+    rig = shown(folder(tmp_path / "rig", toml))
+    assert "2 conditions, 1 of them measured 2 times" in rig
+    assert "values are known (standard deviation) to 20 %: F_C; to 10 %: " in rig
+    assert "set-up is known (standard deviation) of friction_force to: gain 3 %, zero 0.5 N, clock 0.002 s" in rig
+    table = shown(means_folder(tmp_path / "means"))
+    assert "none of them repeated" in table
+    assert "of mean_principal_force, mean_feed_force to: gain 1 %, zero 1 % of the rms data" in table
 
 
 def test_check_prints_names_whole_in_80_columns(tmp_path: Path) -> None:

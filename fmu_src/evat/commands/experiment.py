@@ -50,7 +50,7 @@ def check(
     from evat.experiment.skips import skipped
     from evat.inference.checks import check_crowd, check_gap, check_rows
     from evat.models.contact import ContactModel
-    from evat.plots.experiment_page import channels_of, conditions_of, means_of, trials_of
+    from evat.plots.experiment_page import channels_of, conditions_told, means_of, setup_known, trials_of, values_known
 
     check_page(to)
     with share_done(f"checking {folder.name}") as progress:
@@ -80,12 +80,14 @@ def check(
             for row in each.rows:
                 table.add_row(*row)
             out.print(table)
-    conditions = conditions_of(scan)
     rows = sum(trial.rows for trial in scan.trials)
     averages = [f"{len(means.conditions)} rows of averages"] if means is not None else []
     recordings = [f"{len(scan.trials)} trials of {rows} rows in all"] if scan.trials else []
-    out.print(f"{', '.join([*recordings, *averages])}; {len(conditions)} condition{'s' if len(conditions) != 1 else ''}")
+    out.print(f"{', '.join([*recordings, *averages])}; {conditions_told(scan)}")
     out.print(_nominal(document))
+    for known in (values_known(document), setup_known(scan)):
+        if known:
+            out.print(known)
     recorded = {name for name, signal in document.signals.items() if signal.role == "input"}
     stated = {name for trial in document.trials for name in trial.values} | set(() if means is None else means.values)
     nominal, model = document.nominal, ContactModel()

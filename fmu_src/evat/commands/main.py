@@ -95,6 +95,8 @@ class Commands(TyperGroup):
             formatter.write_dl([(name, text) for name, (_, text) in COMMANDS.items()])
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        if args and args[0] not in COMMANDS and (inner := _commands_of_groups(args[0])):
+            ctx.fail(f"No such command '{args[0]}'. Did you mean {' or '.join(inner)}?")
         name, listed, rest = super().resolve_command(ctx, args)
         return name, loaded(name) if name in COMMANDS else listed, rest
 
@@ -129,6 +131,12 @@ def loaded(name: str) -> Any:
     alone = typer.Typer(add_completion=False, **HABITS)
     alone.command(name)(command)
     return typer.main.get_command(alone)
+
+
+def _commands_of_groups(name: str) -> list[str]:
+    """Where a command of this name is one of a group's: with the group's name before it."""
+    groups = {group: getattr(loaded(group), "commands", {}) for group in COMMANDS}
+    return [f"'{group} {name}'" for group, commands in groups.items() if name in commands]
 
 
 def _listed() -> None:

@@ -13,7 +13,7 @@ from typing import Any
 from evat.experiment import ExperimentError, Nominal, Role, SetupSd, Signal
 from evat.experiment.checks import MOST, SETTABLE, Checks, is_number, is_size, shown
 from evat.experiment.keys import keys, needed
-from evat.experiment.nominal import read_nominal
+from evat.experiment.nominal import INERTIA, read_nominal
 from evat.files.read_toml import TomlError, read_toml
 from evat.files.text import PLAIN, TextForm, known_encoding
 from evat.model import Model, ParameterError, Variable
@@ -221,7 +221,7 @@ class _Reader(Checks):
 
     def inertia(self, believed: dict[str, Any], signals: Mapping[str, Signal]) -> Inertia | None:
         """Mass and load of what moves; taken out of the table [nominal]."""
-        stated = {key: believed.pop(key) for key in ("mass", "gravity_load") if key in believed}
+        stated = {key: believed.pop(key) for key in INERTIA if key in believed}
         for key, number in stated.items():
             if not is_size(number, 0 if key == "mass" else -MOST):
                 unit = "kg of at least 0 and" if key == "mass" else "N of"

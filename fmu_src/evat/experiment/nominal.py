@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, get_args
 
 from evat import parameter_sets
+from evat.constants import CONSTANTS
 from evat.experiment import InitialBristle, Nominal
 from evat.experiment.checks import MOST, Checks, is_size, near, shown
 from evat.experiment.keys import keys
@@ -15,6 +16,7 @@ from evat.required_inputs import SOURCE
 
 CHOICES = {"friction": "friction_law", "kinematics": "kinematics"}  # key of [nominal] -> the component's variable
 INITIAL_BRISTLE = "initial_bristle"
+INERTIA = ("mass", "gravity_load")  # of what moves; keys of [nominal] that are no variables of the component
 KEYS = keys("[nominal]")  # the document takes mass and gravity_load out before
 
 
@@ -78,6 +80,9 @@ def _effects(checks: Checks, names: Any) -> tuple[str, ...]:
 
 def _relative_sd(checks: Checks, key: str, entry: Any) -> float:
     where = f"nominal.relative_sd.{key}"
+    if key in INERTIA:
+        known = f"a mass is known to {100 * CONSTANTS.mass_sd:.3g} %, and put right with the set-up of the force; so is its zero"
+        raise checks.error(where, f"{key} has no standard deviation of its own: {known}; remove it.")
     if checks.settable(where, key).type != "real":
         raise checks.error(where, "only numbers are known more or less well; remove it.")
     if not is_size(entry, 0):

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import json
 import os
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from evat import html as pages
-from evat.experiment import Experiment, Signal, as_typed
-from evat.experiment.document import POSITION
+from evat.experiment import Experiment, SetupSd, Signal, as_typed
+from evat.experiment.document import POSITION, Document
 from evat.experiment.read import Scan, day_of
 from evat.headline import Headline
 from evat.native import kernel
@@ -65,10 +66,10 @@ def trials_of(scan: Scan) -> PrintedTable:
     signals, rows = scan.document.signals, []
     recorded = [signal for signal in scan.document.recorded if signal.role is not None]
     for trial in scan.trials:
-        rate = f"{(trial.rows - 1) / (trial.end - trial.begin):.6g}"
+        rate = f"{(trial.rows - 1) / (trial.end - trial.begin):.4g}"
         if trial.longest > EVEN * trial.shortest:
             rate += f" (steps {trial.shortest:.3g} to {trial.longest:.3g} s)"
-        facts = (trial.file, trial.condition, str(trial.rows), f"{trial.begin:g}, {trial.end:g}", rate)
+        facts = (trial.file, trial.condition, str(trial.rows), f"{trial.begin:.4g}, {trial.end:.4g}", rate)
         rows.append((*facts, *(_recorded(trial.rms[signal.name], signal, signals) for signal in recorded)))
     heads = ("file", "condition", "rows", "from, to [s]", "rate [Hz]", *(f"rms {_label(signal).replace('_', ' ')}" for signal in recorded))
     return PrintedTable(scan.document.title, heads, tuple(rows))
@@ -93,6 +94,47 @@ def conditions_of(scan: Scan) -> tuple[str, ...]:
     return tuple(dict.fromkeys([*(trial.condition for trial in scan.trials), *averaged]))
 
 
+def conditions_told(scan: Scan) -> str:
+    """How many conditions there are, and how often each was measured."""
+    conditions = conditions_of(scan)
+    told = f"{len(conditions)} condition{'s' if len(conditions) != 1 else ''}"
+    averaged = scan.means.conditions if scan.means is not None else ()
+    counts = [count for count in Counter([*(trial.condition for trial in scan.trials), *averaged]).values() if count > 1]
+    if not counts:
+        return f"{told}, none of them repeated"
+    often = str(counts[0]) if len(set(counts)) == 1 else f"{min(counts)} to {max(counts)}"
+    whose = "each measured" if len(counts) == len(conditions) else f"{len(counts)} of them measured"
+    return f"{told}, {whose} {often} times"
+
+
+def values_known(document: Document) -> str:
+    """How well the owner knows the nominal values: those of each relative standard deviation, the least known first."""
+    nominal, shares = document.nominal, dict[float, list[str]]()
+    for name, value in nominal.values.items():
+        if not isinstance(value, str) and kernel.variable(name).type == "real":
+            share = 0.0 if value == 0 else nominal.relative_sd.get(name, nominal.default_relative_sd)
+            shares.setdefault(share, []).append(name)
+    told = [f"{f'to {100 * share:.3g} %' if share else 'exactly'}: {', '.join(shares[share])}" for share in sorted(shares, reverse=True)]
+    return f"values are known (standard deviation) {'; '.join(told)}" if told else ""
+
+
+def setup_known(scan: Scan) -> str:
+    """How far each measured channel may be off in all that was measured alike."""
+    document = scan.document
+    measured = [signal.name for signal in document.recorded if signal.role == "output"] if scan.trials else []
+    measured += [] if scan.means is None else list(scan.means.outputs)
+
+    def told(sd: SetupSd, name: str) -> str:
+        zero = f"{100 * SetupSd.ZERO_OF_RMS:.3g} % of the rms" if sd.zero is None else shown(sd.zero, name, document.signals)
+        clock = "" if name.startswith("mean_") else f", clock {'one sample' if sd.clock is None else f'{sd.clock:.3g} s'}"
+        return f"gain {100 * sd.gain:.3g} %, zero {zero}{clock}"
+
+    alike: dict[str, list[str]] = {}
+    for name in measured:
+        alike.setdefault(told(document.setup_sd.get(name, SetupSd()), name), []).append(name)
+    return "set-up is known (standard deviation) " + "; ".join(f"of {', '.join(names)} to: {each}" for each, names in alike.items())
+
+
 def page(scan: Scan, to: Path, recordings: Experiment | None, doubts: Sequence[str], left_out: str = "") -> str:
     """The page of an experiment that is to lie at `to`. recordings : to be drawn; doubts : what deserves a look; left_out : what the
     picture does not show."""
@@ -109,6 +151,7 @@ def page(scan: Scan, to: Path, recordings: Experiment | None, doubts: Sequence[s
         picture=None if recordings is None else inline(drawn(recordings, left_out=left_out)),
         narrow=None if recordings is None else inline(drawn(recordings, narrow=True, left_out=left_out)),
         values=[(kernel.variable(name), value) for name, value in values.items()],
+        known=[sentence for sentence in (values_known(scan.document), setup_known(scan)) if sentence],
         files={_link(path, to): "read with it" if place else "the experiment" for place, path in enumerate(scan.document.files)},
         reports=reports_beside(to, scan.data_hash),
         data_hash=scan.data_hash,
@@ -142,13 +185,10 @@ def _link(path: Path, to: Path) -> str:
 
 
 def _headline(scan: Scan, doubts: Sequence[str]) -> Headline:
-    recordings, conditions = len(scan.trials), conditions_of(scan)
-    counts = [sum(trial.condition == condition for trial in scan.trials) for condition in conditions]
+    recordings = len(scan.trials)
     parts = [f"{recordings} recordings"] if recordings else []
     parts += [f"{len(scan.means.conditions)} rows of averages"] if scan.means is not None else []
-    repeated = sum(count > 1 for count in counts)
-    sentence = f"{' and '.join(parts)} of {len(conditions)} condition{'s' if len(conditions) != 1 else ''}"
-    sentence += f", {repeated} of them repeated." if recordings else "."
+    sentence = f"{' and '.join(parts)} of {conditions_told(scan)}."
     name = scan.document.folder.name or "."
     return Headline(
         "can be read" if not doubts else "look",
