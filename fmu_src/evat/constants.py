@@ -273,6 +273,7 @@ class _Constants(ConstantTable):
     calm_quantile = Constant(0.25, "of the windows", "by their mean square, which tell what is calm", low=0.0, high=1.0)
     calm_squares = Constant(2.0, "of their mean square", "up to which a window is calm", low=1.0)
     fewest_calm_windows = Constant(16, "windows", "of fewer the correlation of noise is not told", source="safety limit")
+    heavy_tails = Constant(2.5, "standard errors", "of the excess kurtosis of changes of a level, beyond which they are none of noise")
     calm_deviations = Constant(2.0, "over the root of the windows", "log mean square that these may be off by", low=0.0)
     memory_of_sensors = Constant(
         (-0.5, 0.8), "lag-one correlation", "of the noise of a sensor, at least and at most; what is smoother may be what a model lacks"

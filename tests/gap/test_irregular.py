@@ -84,6 +84,19 @@ def test_noise_is_no_smoother_than_where_it_is_calm(memory: float, tails: float)
     assert np.median(shares) < 0.02
 
 
+@pytest.mark.parametrize("slow", [0.2, 0.4, 0.6])
+def test_a_slow_noise_beside_a_white_one_is_noise(slow: float) -> None:
+    """As amplifiers have: in windows as short as tell the white part nothing is seen of it, and it was as much of "what comes and goes by
+    itself" as it is of the noise."""
+
+    def drawn(seed: int) -> np.ndarray:
+        wander = noise(2 * seed, 0.97) * np.sqrt(1 - 0.97**2)
+        return np.asarray(np.sqrt(1 - slow) * noise(2 * seed + 1, 0.0) + np.sqrt(slow) * wander)
+
+    shares = [irregular([drawn(6 * seed + k) for k in range(6)], [1e-3] * 6, [FORCE] * 6).smooth for seed in range(15)]
+    assert max(shares) < 0.1
+
+
 def test_a_recording_with_next_to_no_samples_tells_nothing_of_what_is_smooth() -> None:
     """Of one that a burst fills nothing is left: its noise was no number."""
     assert smoother_than_calm([noise(1), np.zeros(0), noise(2, count=2)]) == smoother_than_calm([noise(1)])

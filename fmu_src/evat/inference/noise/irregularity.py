@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import binary_dilation, median_filter
+from scipy.stats import kurtosis
 
 from evat.constants import CONSTANTS
 from evat.inference.noise.autoregression import autocovariance, robust_sd
@@ -204,17 +205,27 @@ def of_some_conditions(rows: Sequence[FloatArray], conditions: Sequence[Hashable
 
 def smoother_than_calm(rows: Sequence[FloatArray]) -> float:
     """Sum of squares in the rows (n,) beyond what noise has that goes on as it does where it is calm; lines and bursts, which are told by
-    themselves, aside. 0 where that is not told."""
+    themselves, aside. 0 where that is not told, and where it is a slow noise of its own."""
     regular = [without_lines(row) for row in rows]
     clear = [row[~bursts(row)] for row in regular]
     clear = [row for row in clear if row.size >= CONSTANTS.calm_window]  # a burst may fill a recording
     windows = window_count(clear)
     filter_ = autoregression_where_calm(clear)
-    if filter_ is None:
+    if filter_ is None or _changes_as_noise(clear):
         return 0.0
     chance = float(np.exp(CONSTANTS.calm_deviations / np.sqrt(windows)))
     calm = float(autocovariance(filter_, 1)[0]) * sum(row.size * innovation_sd_where_calm(filter_, row) ** 2 for row in clear)
     return max(sum(row.size * robust_sd(row) ** 2 for row in clear) - chance * calm, 0.0)
+
+
+def _changes_as_noise(rows: Sequence[FloatArray]) -> bool:
+    """Whether the level of rows (n,) changes over a quarter of a window by what is normally distributed, as of noise, however slow: what
+    builds up and breaks off, and what comes in stretches, has a few large changes beside many small ones."""
+    some = int(CONSTANTS.calm_window) // 4
+    levels = [np.convolve(row, np.full(some, 1 / some), mode="valid") for row in rows]
+    changes = np.concatenate([level[some:] - level[:-some] for level in levels])
+    chance = np.sqrt(24 * CONSTANTS.calm_window / changes.size)  # standard error of a kurtosis; neighbours have most of a window in common
+    return bool(kurtosis(changes) <= CONSTANTS.heavy_tails * chance)
 
 
 def irregular(
