@@ -475,6 +475,9 @@ class _Constants(ConstantTable):
         10.0, "log evidence", "an effect that gains more is there, however its amplitude and other parameters stand for each other"
     )
     significant_amplitude = Constant(2.0, "sd", "an amplitude that is less from nothing is no better known than its size")
+    near_bound = Constant(
+        0.1, "prior sd", "a parameter at its bound that is known as well, and would go no further without it, is credible"
+    )
     distance_to_bound = Constant(1e-3, "prior sd", "a parameter that is nearer lies at its bound", source="numerical tolerance")
     advised_share = Constant(
         0.5, "of the gap", "that an effect must close where no fit has looked, or the corrected model is not advised", high=1.0

@@ -18,12 +18,14 @@ SHARE = Variable("m.share", "1", 0.0, 0.0, 1.0, "share", "toy", neutral=0.0)
 BOTH = Hypothesis(("a", "m", "z"))
 
 
-def doubted(*, value: float, sd: float = 0.01, low: float = -1.0, high: float = 0.9, gain: float = 0.0, does: float = 0.1) -> list[str]:
+def doubted(
+    *, value: float, sd: float = 0.01, low: float = -1.0, high: float = 0.9, gain: float = 0.0, does: float = 0.1, further: float = 1.0
+) -> list[str]:
     """Of `m`, fitted together with `a` and `z`: its share and the sd of that, the parameter's bounds, the evidence gained over the model
-    without it, and what it does to the channel F by its measured rms."""
+    without it, what it does to the channel F by its measured rms, and how much further it would go without bounds."""
     share = Parameter(SHARE.name, "1", 0.0, 1.0, low, high)
     fit = SimpleNamespace(
-        likelihood=SimpleNamespace(evidence=10.0 + gain),
+        likelihood=SimpleNamespace(evidence=10.0 + gain, step=np.array([further]), covariance=np.array([[sd**2]])),
         parameters=(share,),
         point=np.array([value]),
         sd={SHARE.name: sd},
@@ -69,6 +71,14 @@ def test_a_value_at_a_bound_is_doubted_unless_the_bounds_are_those_of_its_defini
     assert doubted(value=1.0, low=0.0, high=1.0) == []
     assert "lies at the bound" in doubted(value=1.0, low=0.1, high=1.0)[0]
     assert "lies at the bound" in doubted(value=0.9, low=0.0, high=0.9)[0]
+
+
+def test_a_value_at_a_bound_is_not_doubted_where_it_would_be_without_one() -> None:
+    """A damping of a quarter, which a platform has at most and this one had, was told from 0.26, and doubted."""
+    near = CONSTANTS.near_bound
+    assert doubted(value=0.9, sd=0.5 * near, further=0.9 * near) == []
+    assert doubted(value=0.9, sd=0.5 * near, further=1.1 * near) == ["m.share = 0.9 lies at the bound of what it may be"]
+    assert "lies at the bound" in doubted(value=0.9, sd=1.1 * near, further=0.0)[0]
 
 
 @pytest.mark.parametrize("times", [0.9, 1.1])

@@ -61,8 +61,10 @@ def _of_effect(comparison: Comparison, on: Hypothesis, name: str) -> list[str]:
         if p.low <= own[p.name].min and p.high >= own[p.name].max:  # by definition, as of a share
             continue
         near = CONSTANTS.distance_to_bound
-        if (math.isfinite(low) and u < low + near) or (math.isfinite(high) and u > high - near):
-            reasons.append(f"{p.name} = {float(fit.values[p.name]):.3g} {p.unit} lies at the bound of what it may be")
+        at_bound = (math.isfinite(low) and u < low + near) or (math.isfinite(high) and u > high - near)
+        if at_bound and not _is_best_there(fit, place):
+            value = f"{float(fit.values[p.name]):.3g} {p.unit}".removesuffix(" 1")
+            reasons.append(f"{p.name} = {value} lies at the bound of what it may be")
     unknown = [p for _, p in fitted if not math.isfinite(own[p.name].neutral)]
     if (sine := sine_of(unknown)) and unknown[sine[0]].unit == WAY:
         period, way = float(fit.values[unknown[sine[0]].name]), travel(prediction.experiment)
@@ -79,6 +81,12 @@ def _of_effect(comparison: Comparison, on: Hypothesis, name: str) -> list[str]:
         if does > CONSTANTS.absurd_effect * level:
             reasons.append(f"{name} would make {does / level:.3g} times the measured rms of {channel}, which something else takes back")
     return reasons
+
+
+def _is_best_there(fit: Fit, place: int) -> bool:
+    """Whether the data tell a parameter at its bound so well that it would be next to there without one."""
+    further, sd = abs(float(fit.likelihood.step[place])), math.sqrt(float(fit.likelihood.covariance[place, place]))
+    return max(further, sd) < CONSTANTS.near_bound
 
 
 def shift(comparison: Comparison, fit: Fit) -> dict[str, float]:
