@@ -475,6 +475,7 @@ class _Constants(ConstantTable):
         10.0, "log evidence", "an effect that gains more is there, however its amplitude and other parameters stand for each other"
     )
     significant_amplitude = Constant(2.0, "sd", "an amplitude that is less from nothing is no better known than its size")
+    shortest_lasting = Constant(0.05, "of the way", "on which what changes for good does so: a shorter one would begin anew each time")
     near_bound = Constant(
         0.1, "prior sd", "a parameter at its bound that is known as well, and would go no further without it, is credible"
     )

@@ -6,8 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from evat.constants import CONSTANTS
 from evat.experiment import Experiment, Means, Nominal, Trial
-from evat.inference.parameters import Scales
+from evat.inference.parameters import Scales, shape_parameters
 from evat.model import Variable
 from evat.models.contact import ContactModel
 from toy import Toy
@@ -40,3 +41,18 @@ def test_thicknesses_are_as_the_feeds_of_a_table() -> None:
     thickness = next(variable for variable in model.variables if variable.name == "size_effect.h_ref")
     low, high = scales.span(thickness)
     assert 15e-6 < low < high < 500e-6
+
+
+def test_what_changes_for_good_does_so_along_the_recording() -> None:
+    """Running-in that is over on the first hundredth of each recording, and begins anew in the next, was friction with a memory. A memory
+    itself may be as short as it likes."""
+    times = np.linspace(0.0, 4.0, 1601)
+    slip = 0.003 * np.sign(np.sin(2 * np.pi * times))
+    trials = (Trial("a.csv", "a", {}, times, {"slip_velocity": slip}, {"friction_force": 1e3 * slip}),)
+    model = ContactModel(threads=1)
+    scales = Scales(model, Experiment(Path(), "a", "", Nominal({}, (), {}), {}, trials, None, "hash of no file"))
+    lengths = {p.name: p for effect in model.effects for p in shape_parameters(effect, scales) if p.unit == "m"}
+    lasting, memory = lengths["friction_wear.s_0"], lengths["rate_and_state.d_c"]
+    assert lasting.low == pytest.approx(CONSTANTS.shortest_lasting * 0.012, rel=1e-3)
+    assert lasting.low < lasting.value(-2.0) < lasting.mean < lasting.value(2.0) <= lasting.high
+    assert memory.low < 1e-5

@@ -181,6 +181,21 @@ def shape_parameter(variable: Variable, scales: Scales) -> Parameter:
     return Parameter(variable.name, variable.unit, mean, sd, low, high, True)
 
 
+def shape_parameters(effect: Effect, scales: Scales) -> tuple[Parameter, ...]:
+    """Of all shapes of an effect. What it changes for good goes on through a recording: what is over on the first hundredth of the way, in
+    one recording after the other, is a state of the contact that each of them begins with."""
+    parameters = [shape_parameter(variable, scales) for variable in shapes(effect)]
+    if not effect.irreversible:
+        return tuple(parameters)
+    least = CONSTANTS.shortest_lasting * scales.distance
+    return tuple(_at_least(least, each) if each.unit == "m" and each.low < least < each.high else each for each in parameters)
+
+
+def _at_least(low: float, parameter: Parameter) -> Parameter:
+    mean, spread = math.sqrt(low * parameter.high), math.log(parameter.high / low) / math.log(parameter.high / parameter.low)
+    return replace(parameter, low=low, mean=mean, sd=parameter.sd * spread)
+
+
 def law_parameters(
     variables: Sequence[Variable], known: Sequence[Parameter], given: Mapping[str, object], scales: Scales
 ) -> tuple[Parameter, ...]:

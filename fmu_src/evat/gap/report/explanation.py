@@ -15,7 +15,7 @@ from evat.gap.verdict.judgement import fitted
 from evat.inference.discrepancy import known
 from evat.inference.fit import Fit
 from evat.inference.hypothesis import NOMINAL
-from evat.inference.parameters import Scales, amplitudes, shape_parameter, shapes
+from evat.inference.parameters import Scales, amplitudes, shape_parameters
 from evat.model import Effect, ParameterError
 from evat.required_inputs import KINEMATICS
 
@@ -160,7 +160,7 @@ def _shape_values(comparison: Comparison, effect: Effect) -> dict[str, float]:
     fits = [fit for on, fit in comparison.models.items() if effect.name in on]
     best = max(fits, key=lambda fit: fit.likelihood.evidence) if fits else None
     scales = Scales(comparison.prediction.model, comparison.prediction.experiment)
-    return {v.name: float(best.values[v.name]) if best else shape_parameter(v, scales).mean for v in shapes(effect)}
+    return {p.name: float(best.values[p.name]) if best else p.mean for p in shape_parameters(effect, scales)}
 
 
 def smallest_amplitudes(comparison: Comparison, base: Fit, effect: Effect) -> dict[str, float]:

@@ -24,7 +24,7 @@ from evat.inference.band_whitening import BandWhitening, Sums
 from evat.inference.discrepancy import known
 from evat.inference.fit import Fit
 from evat.inference.law.initial_state import RANDOM
-from evat.inference.parameters import Parameter, Scales, amplitude_parameter, amplitudes, shape_parameter, shapes
+from evat.inference.parameters import Parameter, Scales, amplitude_parameter, amplitudes, shape_parameters
 from evat.inference.prediction import OWN, Prediction
 from evat.model import Effect, FloatArray, Variable
 
@@ -98,7 +98,7 @@ class Screen:
 
     def _design(self, base: Fit, effect: Effect) -> Design:
         """What is tried. An amplitude that does nothing by itself says something only once another is there: it is a shape."""
-        unknown = tuple(shape_parameter(variable, self.scales) for variable in shapes(effect))
+        unknown = shape_parameters(effect, self.scales)
         sine, phases = sine_of(unknown), list[dict[str, float]]()
         if sine is None:
             points = points_over(unknown)
