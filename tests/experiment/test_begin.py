@@ -575,7 +575,7 @@ def test_headers_of_one_file_are_taken_over_where_the_next_have_none(tmp_path: P
     assert [trial.file for trial in trials] == ["a.csv", "b.csv"]
     for trial in trials:
         np.testing.assert_allclose(trial.inputs["slip_velocity"], SPEED, atol=1e-8)
-    assert "2 trials of 400 rows in all; 1 condition\n" in typed("experiment", "check", str(tmp_path))[1]
+    assert "2 trials of 400 rows in all; 1 condition, measured 2 times\n" in typed("experiment", "check", str(tmp_path))[1]
 
 
 def test_a_table_that_is_no_recording_does_not_become_one(tmp_path: Path) -> None:

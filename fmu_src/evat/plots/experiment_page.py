@@ -103,7 +103,7 @@ def conditions_told(scan: Scan) -> str:
     if not counts:
         return f"{told}, none of them repeated"
     often = str(counts[0]) if len(set(counts)) == 1 else f"{min(counts)} to {max(counts)}"
-    whose = "each measured" if len(counts) == len(conditions) else f"{len(counts)} of them measured"
+    whose = f"{len(counts)} of them measured" if len(counts) < len(conditions) else "each measured" if len(counts) > 1 else "measured"
     return f"{told}, {whose} {often} times"
 
 
