@@ -526,6 +526,12 @@ def test_energies_have_the_way_that_slips_in_the_round_corner_of_a_gap(law: str,
     assert worst(case, *POWERS, *TOTALS) < 3
 
 
+def test_what_slides_as_the_work_ends_is_let_go_from_where_it_was_carried() -> None:
+    """A host that integrates the deflection by its rates left it where it had begun to slide, though rate_and_state had moved the limit
+    since: it gave way 0.6 us too early in the next cut, 7 300 tolerances of friction."""
+    assert worst(draw(938475, 5093), "friction_force") < 3
+
+
 def test_a_gap_that_is_crossed_slowly_costs_no_energy() -> None:
     """At a slip that stands still the corner is passed in steps that only the way that is summed up can tell to be too long."""
     values = {**GIVEN, "friction_law": "amontons", "amontons.mu": 0.3, "backlash.gap": 3.56e-5}

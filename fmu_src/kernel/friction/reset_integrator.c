@@ -42,9 +42,10 @@ static void force(const lanes *p, struct Point *x)
     }
 }
 
-/* Where it sticks again it stands at z0, on the side on which it gave way; out of the work what slides is let go, and
- * comes back no further than z0. It does so once: other events, which only some hosts have, say nothing to a bristle
- * that sticks while z0 comes down, nor to one that is out of the work. */
+/* Where it sticks again, and where the work ends, it stands at z0, on the side on which it gave way, unless it was let
+ * go at once (0); out of the work what slides is let go, and comes back no further than z0. It does so once: other
+ * events, which only some hosts have, say nothing to a bristle that sticks while z0 comes down, nor to one that is out
+ * of the work. */
 static void event(const lanes *p, const struct Point *x, lanes z, lanes *memory)
 {
     (void)p;
@@ -54,7 +55,7 @@ static void event(const lanes *p, const struct Point *x, lanes z, lanes *memory)
         const int in_contact = x->cutting[i] != 0, sticks = in_contact & (x->stuck[i] != 0),
                   slid = memory[BEFORE][i] == (double)SLID, was_let_go = memory[BEFORE][i] == (double)LET_GO;
         const double carried = z[i] < 0 ? -bound : bound, no_further = smaller(larger(z[i], -bound), bound);
-        z[i] = sticks & slid ? carried : sticks & was_let_go ? no_further : z[i];
+        z[i] = slid & (sticks | (!in_contact & (z[i] != 0))) ? carried : sticks & was_let_go ? no_further : z[i];
         memory[BEFORE][i] = sticks ? STUCK : in_contact ? SLID : slid | was_let_go ? LET_GO : STUCK;
     }
 }
