@@ -158,6 +158,15 @@ def test_a_record_of_a_vibration_begins_in_the_midst_of_it_unless_it_does_not(
     assert (in_motion(prediction).nominal.get("initial_state") == "periodic") == periodic
 
 
+def test_a_sensor_has_heard_the_force_before_a_vibration_begins_with_relaxed_bristles() -> None:
+    """A dynamometer that stood at nothing while the tool cuts rang from the first sample on, and was not believed."""
+    prediction = in_motion(Prediction(ContactModel(1), vibrating("at_rest")))
+    ringing = {"dynamometer_resonance.natural_period": 4e-6, "dynamometer_resonance.damping_ratio": 0.1}
+    plain, shown = (prediction.one(*own) for own in ((), (ringing, ("dynamometer_resonance",))))
+    for segment in prediction.segments:
+        assert shown[segment.at][0] == pytest.approx(plain[segment.at][0], abs=1e-3 * np.abs(plain[segment.at]).max())
+
+
 def test_of_records_from_the_midst_of_a_vibration_the_parameters_come_back() -> None:
     """Begun at rest, the first stroke of each pulled them away."""
     experiment = vibrating("periodic")

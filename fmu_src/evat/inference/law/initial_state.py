@@ -26,8 +26,8 @@ RANDOM = BETWEEN + 2  # what differs from trial to trial: gain, zero, clock, how
 
 
 def in_motion(prediction: Prediction, values: Mapping[str, float | str] | None = None, on: Sequence[str] = ()) -> Prediction:
-    """The same from a vibration that went on before the records began, where the model vibrates by itself and they look so. Where the
-    motion is given, what follows with a lag (a temperature, a sensor's filter) has been where it is for long.
+    """The same from a vibration that went on before the records began, where the model vibrates by itself and they look so. Where they do
+    not, or the motion is given, what follows with a lag (a temperature, a sensor's filter) has been where it is for long.
 
     What the owner says counts first: `initial_state` among the nominal values, or bristles that begin relaxed. `slid_in` says that it did;
     else the start is what fits the first cycle of the trials better. values, on : of the model by which that is seen.
@@ -47,11 +47,12 @@ def in_motion(prediction: Prediction, values: Mapping[str, float | str] | None =
         return beginning(SETTLED) if SETTLED in starts else prediction
     if PERIODIC not in starts:
         return prediction
+    resting = beginning(SETTLED) if SETTLED in starts else prediction
     moving = beginning(PERIODIC)
     if believed == "slid_in":
         return moving
     misses = []
-    for each in (prediction, moving):
+    for each in (resting, moving):
         residual, square = each.measured - each.one(values, on), 0.0
         for segment in each.segments:
             if segment.trial >= 0:
@@ -59,7 +60,7 @@ def in_motion(prediction: Prediction, values: Mapping[str, float | str] | None =
                 first = own[times - times[0] <= cycles[segment.trial]]
                 square += float(first @ first) / max(float(np.mean(each.measured[each.places(segment.channel)] ** 2)), 1e-300)
         misses.append(square)
-    return prediction if np.isfinite(misses[0]) and not misses[1] <= misses[0] else moving
+    return resting if np.isfinite(misses[0]) and not misses[1] <= misses[0] else moving
 
 
 def with_initial_state(prediction: Prediction, values: Mapping[str, float | str] | None = None, on: Sequence[str] = ()) -> Prediction:
