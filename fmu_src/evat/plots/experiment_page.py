@@ -111,8 +111,10 @@ def values_known(document: Document) -> str:
     """How well the owner knows the nominal values: those of each relative standard deviation, the least known first."""
     nominal, shares = document.nominal, dict[float, list[str]]()
     for name, value in nominal.values.items():
-        if not isinstance(value, str) and kernel.variable(name).type == "real":
-            share = 0.0 if value == 0 else nominal.relative_sd.get(name, nominal.default_relative_sd)
+        known = kernel.variable(name)
+        if not isinstance(value, str) and known.type == "real":
+            stays = value == 0 or known.variability != "tunable" or known.reference
+            share = 0.0 if stays else nominal.relative_sd.get(name, nominal.default_relative_sd)
             shares.setdefault(share, []).append(name)
     told = [f"{f'to {100 * share:.3g} %' if share else 'exactly'}: {', '.join(shares[share])}" for share in sorted(shares, reverse=True)]
     return f"values are known (standard deviation) {'; '.join(told)}" if told else ""
