@@ -894,6 +894,23 @@ def test_check_says_how_well_all_is_known_and_how_often_it_was_measured(tmp_path
     assert "of mean_principal_force, mean_feed_force to: gain 1 %, zero 1 % of the rms data" in table
 
 
+def test_conditions_of_a_table_that_have_no_name_are_not_told_twice(tmp_path: Path) -> None:
+    """Their names were what varied, wrapped in mid-number, beside the columns of what varied."""
+    plain = CliRunner().invoke(app, ["experiment", "check", str(means_folder(tmp_path / "plain"))], env={"COLUMNS": "80"}).output
+    assert "cutting_speed=" not in plain
+    assert "mean principal force ┃" in plain
+    named = (
+        MEANS.replace("cutting_speed [m/min]", "condition,cutting_speed [m/min]")
+        .replace("\n6,", "\nslow,6,")
+        .replace("\n12,", "\nfast,12,")
+    )
+    shown = (
+        CliRunner().invoke(app, ["experiment", "check", str(means_folder(tmp_path / "named", data=named))], env={"COLUMNS": "120"}).output
+    )
+    assert "│ slow " in shown
+    assert "┃ condition" in shown
+
+
 def test_check_prints_names_whole_in_80_columns(tmp_path: Path) -> None:
     """Four files were `trace_00…`."""
     rig = folder(tmp_path / "rig")

@@ -150,7 +150,12 @@ def _means(by_name: Iterable[str]) -> list[str]:
 def _condition(row: Mapping[str, float], trials: Iterable[TrialEntry]) -> str:
     """The name of the trials that were run at a row's values, else what varied."""
     same = {trial.condition for trial in trials if row and all(_close(trial.values.get(name), value) for name, value in row.items())}
-    return same.pop() if len(same) == 1 else ", ".join(f"{name}={value:.6g}" for name, value in row.items()) or "all"
+    return same.pop() if len(same) == 1 else named_after(row)
+
+
+def named_after(row: Mapping[str, float]) -> str:
+    """What a condition is called that has no name: what varied, in SI."""
+    return ", ".join(f"{name}={value:.6g}" for name, value in row.items()) or "all"
 
 
 def _close(number: float | None, value: float) -> bool:

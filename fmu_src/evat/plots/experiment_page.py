@@ -13,6 +13,7 @@ from pathlib import Path
 from evat import html as pages
 from evat.experiment import Experiment, SetupSd, Signal, as_typed
 from evat.experiment.document import POSITION, Document
+from evat.experiment.means import named_after
 from evat.experiment.read import Scan, day_of
 from evat.headline import Headline
 from evat.native import kernel
@@ -76,16 +77,19 @@ def trials_of(scan: Scan) -> PrintedTable:
 
 
 def means_of(scan: Scan) -> PrintedTable | None:
-    """The averages, a row for each condition."""
+    """The averages, a row for each condition; its name where that is not what varied, which stands in the columns beside it."""
     means = scan.means
     if means is None:
         return None
     columns = {**means.values, **means.outputs}
+    own = [named_after({name: float(column[row]) for name, column in means.values.items()}) for row in range(len(means.conditions))]
+    named = not means.values or tuple(own) != means.conditions
     rows = tuple(
-        (condition, *(shown(float(column[row]), name, scan.document.signals) for name, column in columns.items()))
+        (*((condition,) if named else ()), *(shown(float(column[row]), name, scan.document.signals) for name, column in columns.items()))
         for row, condition in enumerate(means.conditions)
     )
-    return PrintedTable(f"averages: {means.file}", ("condition", *columns), rows)
+    heads = (*(("condition",) if named else ()), *(name.replace("_", " ") for name in columns))
+    return PrintedTable(f"averages: {means.file}", heads, rows)
 
 
 def conditions_of(scan: Scan) -> tuple[str, ...]:
