@@ -182,8 +182,8 @@ def shape_parameter(variable: Variable, scales: Scales) -> Parameter:
 
 
 def shape_parameters(effect: Effect, scales: Scales) -> tuple[Parameter, ...]:
-    """Of all shapes of an effect. What it changes for good goes on through a recording: what is over on the first hundredth of the way, in
-    one recording after the other, is a state of the contact that each of them begins with."""
+    """Of all shapes of an effect. What it changes for good goes on through a recording: what is over on the first hundredths of the way,
+    in one recording after the other, is a state of the contact that each of them begins with."""
     parameters = [shape_parameter(variable, scales) for variable in shapes(effect)]
     if not effect.irreversible:
         return tuple(parameters)

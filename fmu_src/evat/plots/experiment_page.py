@@ -67,10 +67,10 @@ def trials_of(scan: Scan) -> PrintedTable:
     signals, rows = scan.document.signals, []
     recorded = [signal for signal in scan.document.recorded if signal.role is not None]
     for trial in scan.trials:
-        rate = f"{(trial.rows - 1) / (trial.end - trial.begin):.4g}"
+        rate = f"{(trial.rows - 1) / (trial.end - trial.begin):.6g}"
         if trial.longest > EVEN * trial.shortest:
             rate += f" (steps {trial.shortest:.3g} to {trial.longest:.3g} s)"
-        facts = (trial.file, trial.condition, str(trial.rows), f"{trial.begin:.4g}, {trial.end:.4g}", rate)
+        facts = (trial.file, trial.condition, str(trial.rows), f"{trial.begin:g}, {trial.end:g}", rate)
         rows.append((*facts, *(_recorded(trial.rms[signal.name], signal, signals) for signal in recorded)))
     heads = ("file", "condition", "rows", "from, to [s]", "rate [Hz]", *(f"rms {_label(signal).replace('_', ' ')}" for signal in recorded))
     return PrintedTable(scan.document.title, heads, tuple(rows))
