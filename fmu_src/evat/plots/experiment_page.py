@@ -92,22 +92,16 @@ def means_of(scan: Scan) -> PrintedTable | None:
     return PrintedTable(f"averages: {means.file}", heads, rows)
 
 
-def conditions_of(scan: Scan) -> tuple[str, ...]:
-    """By name, in the order of the files."""
-    averaged = scan.means.conditions if scan.means is not None else ()
-    return tuple(dict.fromkeys([*(trial.condition for trial in scan.trials), *averaged]))
-
-
 def conditions_told(scan: Scan) -> str:
     """How many conditions there are, and how often each was measured."""
-    conditions = conditions_of(scan)
-    told = f"{len(conditions)} condition{'s' if len(conditions) != 1 else ''}"
     averaged = scan.means.conditions if scan.means is not None else ()
-    counts = [count for count in Counter([*(trial.condition for trial in scan.trials), *averaged]).values() if count > 1]
-    if not counts:
+    measured = Counter([*(trial.condition for trial in scan.trials), *averaged])
+    told = f"{len(measured)} condition{'s' if len(measured) != 1 else ''}"
+    repeats = [count for count in measured.values() if count > 1]
+    if not repeats:
         return f"{told}, none of them repeated"
-    often = str(counts[0]) if len(set(counts)) == 1 else f"{min(counts)} to {max(counts)}"
-    whose = f"{len(counts)} of them measured" if len(counts) < len(conditions) else "each measured" if len(counts) > 1 else "measured"
+    often = str(repeats[0]) if len(set(repeats)) == 1 else f"{min(repeats)} to {max(repeats)}"
+    whose = f"{len(repeats)} of them measured" if len(repeats) < len(measured) else "each measured" if len(repeats) > 1 else "measured"
     return f"{told}, {whose} {often} times"
 
 
