@@ -576,6 +576,19 @@ static inline void copy_lane(lanes *to, const lanes *from, int count, int i)
         to[k][i] = from[k][i];
 }
 
+/* The same of all lanes that are chosen, row by row. */
+static inline void copy_lanes(lanes *to, const lanes *from, int count, const int which[LANES])
+{
+    for (int k = 0; k < count; ++k)
+        EACH_LANE
+            to[k][i] = chosen_of(which[i], from[k][i], to[k][i]);
+}
+
+static inline void copy_points(struct Point *to, const struct Point *from, const int which[LANES])
+{
+    copy_lanes((lanes *)to, (const lanes *)from, POINT_LANES, which);
+}
+
 /* Where numbers are too small to mean anything they count as 0, which is off: 1/T and what is made of it stay finite.
  */
 #define NO_TIME 1e-12 /* time constant or delay [s]: a tenth of a millionth of the shortest cycle */

@@ -17,18 +17,14 @@ static const struct Variable variables[COUNT] = {
 /* clang-format on */
 
 /* alpha(z) of Dupont et al. and its slope over the deflection s along the slip, steady at `most`. */
-static double plastic(double s, double break_away, double most, double *slope)
+IN_LOOPS double plastic(double s, double break_away, double most, double *slope)
 {
     const double from = break_away * most, width = most - from;
-    *slope = 0;
-    if (s <= from || width <= 0)
-        return s > from;
-    if (s >= most)
-        return 1;
+    const int between = (s > from) & (width > 0) & (s < most);
     double cosine, sine;
     cos_sin(0.5 * (s - from) / width - 0.25, &cosine, &sine);
-    *slope = 0.5 * cosine * PI / width;
-    return 0.5 * (1 + sine);
+    *slope = chosen_of(between, 0.5 * cosine * PI / width, 0);
+    return chosen_of(between, 0.5 * (1 + sine), s > from);
 }
 
 /* dz/dt = v - alpha(z) a z, linearised at this z: rate a (alpha + alpha' s), but at least a. The step's parabola runs

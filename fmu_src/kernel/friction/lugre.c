@@ -50,9 +50,11 @@ static void powers(const lanes *p, struct Point *x, lanes power)
         x->flat_from[i] = x->v_s[i] * x->configuration->flat_share[i];
         other |= p[STRIBECK_EXPONENT][i] != 2;
     }
-    for (int i = 0; other && i < LANES; ++i)
-        if (p[STRIBECK_EXPONENT][i] != 2)
-            power[i] = power_of(x->speed[i] / x->v_s[i], p[STRIBECK_EXPONENT][i]);
+    if (other)
+        EACH_LANE {
+            const double exponent = p[STRIBECK_EXPONENT][i], raised = power_of(x->speed[i] / x->v_s[i], exponent);
+            power[i] = chosen_of(exponent != 2, raised, power[i]);
+        }
 }
 
 /* The damping that stands in the force: with damping_mode = dissipative |v| s1 <= 4 c g, from which v F is at least
@@ -95,14 +97,15 @@ static int yields(const lanes *p, int lane) { return p[PRESLIDING_EXPONENT][lane
 static void yield(const lanes *p, struct Point *x)
 {
     const double slack = 1e-4; /* of the steady deflection: below it an exponent under 1 has no finite rate */
-    for (int i = 0; i < LANES; ++i) {
+    EACH_LANE {
         const double n = p[PRESLIDING_EXPONENT][i], most = fabs(x->target[i]);
-        if (n == 1 || most == 0)
-            continue;
+        const int yields = (n != 1) & (most != 0);
         const double share = power_of(larger(fabs(x->z[i]) / most, slack), n - 1), steep = larger(n * share, 1);
-        x->target[i] = (x->target[i] + (steep - share) * x->z[i]) / steep;
-        x->drive[i] += (steep - share) * x->rate[i] * x->z[i];
-        x->rate[i] *= steep;
+        const double target = (x->target[i] + (steep - share) * x->z[i]) / steep,
+                     drive = x->drive[i] + (steep - share) * x->rate[i] * x->z[i], rate = x->rate[i] * steep;
+        x->target[i] = chosen_of(yields, target, x->target[i]);
+        x->drive[i] = chosen_of(yields, drive, x->drive[i]);
+        x->rate[i] = chosen_of(yields, rate, x->rate[i]);
     }
 }
 
@@ -114,10 +117,13 @@ static void force(const lanes *p, struct Point *x)
         x->F[i] = x->s0[i] * x->z[i] + x->s1[i] * x->dz[i] + x->sigma2[i] * x->v[i];
         other |= p[VISCOUS_EXPONENT][i] != 1;
     }
-    for (int i = 0; other && i < LANES; ++i)
-        if (p[VISCOUS_EXPONENT][i] != 1 && x->speed[i] > 0)
-            x->F[i] += x->sigma2[i] * x->v[i] *
-                       (power_of(x->speed[i] / p[VISCOUS_REFERENCE][i], p[VISCOUS_EXPONENT][i] - 1) - 1);
+    if (other)
+        EACH_LANE {
+            const double exponent = p[VISCOUS_EXPONENT][i];
+            const double with_power =
+                x->F[i] + x->sigma2[i] * x->v[i] * (power_of(x->speed[i] / p[VISCOUS_REFERENCE][i], exponent - 1) - 1);
+            x->F[i] = chosen_of((exponent != 1) & (x->speed[i] > 0), with_power, x->F[i]);
+        }
 }
 
 /* clang-format off */

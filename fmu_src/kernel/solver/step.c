@@ -183,12 +183,8 @@ static void go_straight(const struct Contact *contact, const struct Configuratio
     close_point(contact, w, 1, &half);
     close_point(contact, w, 1, &whole);
     move_states(w, DRIVEN_BY_FORCE, h, start, &half, &whole);
-    for (int i = 0; i < LANES; ++i) {
-        if (!brief[i])
-            continue;
-        copy_lane((lanes *)middle, (const lanes *)&half, POINT_LANES, i);
-        copy_lane((lanes *)end, (const lanes *)&whole, POINT_LANES, i);
-    }
+    copy_points(middle, &half, brief);
+    copy_points(end, &whole, brief);
 }
 
 /* The bristle's new z again, from rates that go by the z of the pass before. Nothing else there depends on it. */
@@ -210,22 +206,100 @@ static double first_gain(const struct Feedback *known, double h, int i)
 #define ROUNDABOUT 6
 #define MOST_PASSES 30
 
-/* Where forces move the path or the rates depend on z: the pass is repeated until neither moves, or comes no closer to
- * that. A lane that is done keeps its bits, whatever the others still do; `difference` is infinite where it has not
- * settled. */
-static void settle(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h,
-                   const struct Point *start, struct Feedback *known, struct Point *middle, struct Point *end,
-                   lanes difference)
+/* How the passes of a step come to an end. A lane that is done keeps its bits, whatever the others still do. */
+struct Settling {
+    int settled[LANES], done[LANES], nearest[LANES];
+    lanes last, least;
+};
+
+static void begin_settling(struct Settling *x)
 {
-    int settled[LANES] = {0}, done[LANES] = {0}, nearest[LANES] = {0}, all = 0, some = 0;
-    lanes last, least, kept_difference = {0};
+    memset(x, 0, sizeof *x);
+    EACH_LANE
+        x->last[i] = x->least[i] = INFINITY;
+}
+
+/* The n-th pass has moved a lane by `now`. Where passes come closer by the same ratio again, or faster (`linearised`),
+ * the one that settles need not be made to be seen. */
+static void note_moved(const struct Configuration *w, double now, int n, int linearised, int i, struct Settling *x)
+{
+    const double ratio = n > 0 ? smaller(now / x->last[i], 1) : 1;
+    x->settled[i] = !w->iterated[i] || now <= 1 || (linearised && now * ratio <= 0.01);
+    x->last[i] = now;
+    if (now < 0.9 * x->least[i]) {
+        x->least[i] = now;
+        x->nearest[i] = n;
+    }
+    x->done[i] = x->settled[i] || n - x->nearest[i] >= ROUNDABOUT;
+}
+
+static int all_done(const struct Settling *x)
+{
+    int all = 1;
+    EACH_LANE
+        all &= x->done[i];
+    return all;
+}
+
+/* Where rates go by the deflection: passes from z to rates to z. `difference` is infinite where they have not settled
+ * on one. */
+static void settle_rates(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h,
+                         const struct Point *start, struct Point *middle, struct Point *end, lanes difference)
+{
+    struct Settling at;
+    struct {
+        lanes middle, end;
+    } rates_of = {{0}, {0}}, z = {{0}, {0}}; /* the deflections that rates are of, and what these made of them, */
+    lanes shown = {0};                       /* when a lane was done */
+    begin_settling(&at);
+    for (int n = 0; n < MOST_PASSES && !all_done(&at); ++n) {
+        EACH_LANE {
+            rates_of.middle[i] = chosen_of(at.done[i], rates_of.middle[i], middle->z[i]);
+            rates_of.end[i] = chosen_of(at.done[i], rates_of.end[i], end->z[i]);
+        }
+        if (n == 0)
+            pass(contact, w, s, h, start, middle, end, difference);
+        else
+            bend_again(w, h, start, middle, end, difference);
+        EACH_LANE {
+            z.middle[i] = chosen_of(at.done[i], z.middle[i], middle->z[i]);
+            z.end[i] = chosen_of(at.done[i], z.end[i], end->z[i]);
+            shown[i] = chosen_of(at.done[i], shown[i], difference[i]);
+        }
+        for (int i = 0; i < LANES; ++i)
+            if (!at.done[i]) {
+                const double allowed = 1e-3 * w->p[VAR_RELATIVE_TOLERANCE][i] * larger(fabs(end->z[i]), 1e-300);
+                note_moved(w, fabs(end->z[i] - rates_of.end[i]) / allowed, n, 1, i, &at);
+            }
+    }
+    if (LANES > 1) { /* lanes that were done have gone on with the others */
+        memcpy(middle->z, rates_of.middle, sizeof middle->z);
+        memcpy(end->z, rates_of.end, sizeof end->z);
+        bend_point(w, middle);
+        bend_point(w, end);
+        memcpy(middle->z, z.middle, sizeof middle->z);
+        memcpy(end->z, z.end, sizeof end->z);
+    }
+    EACH_LANE
+        difference[i] = at.settled[i] ? shown[i] : INFINITY;
+    close_point(contact, w, 1, middle);
+    close_point(contact, w, 1, end);
+}
+
+/* Where forces move the path, or the slip is solved for: passes through all stages. */
+static void settle_stages(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h,
+                          const struct Point *start, struct Feedback *known, struct Point *middle, struct Point *end,
+                          lanes difference)
+{
+    struct Settling at;
+    int some = 0;
+    lanes kept_difference = {0};
     struct Point kept[2]; /* of lanes that are done while others go on */
     struct Passes passes;
     if (w->feedback)
         begin_passes(w, h, start, known, middle, end, &passes);
-    EACH_LANE
-        last[i] = least[i] = INFINITY;
-    for (int n = 0; n < MOST_PASSES && !all; ++n) {
+    begin_settling(&at);
+    for (int n = 0; n < MOST_PASSES && !all_done(&at); ++n) {
         struct PassBefore before;
         note_before(w, end, &before);
         if (some) {
@@ -235,40 +309,28 @@ static void settle(const struct Contact *contact, const struct Configuration *w,
         }
         if (n > 0 && w->feedback)
             begin_pass(w, h, start, middle, end, &passes);
-        if (n == 0 || w->feedback || w->current_angle)
-            pass(contact, w, s, h, start, middle, end, difference);
-        else
-            bend_again(w, h, start, middle, end, difference);
+        pass(contact, w, s, h, start, middle, end, difference);
         if (w->feedback) {
             lanes will_do;
             for (int i = 0; i < LANES; ++i)
                 will_do[i] = enough(w, end, i);
             note_pass(will_do, middle, end, &passes);
         }
+        if (some) {
+            copy_points(middle, &kept[0], at.done);
+            copy_points(end, &kept[1], at.done);
+            copy_lanes((lanes *)difference, (const lanes *)kept_difference, 1, at.done);
+        }
         int finished = n == MOST_PASSES - 1;
-        all = 1;
         for (int i = 0; i < LANES; ++i) {
-            if (done[i]) {
-                copy_lane((lanes *)middle, (const lanes *)&kept[0], POINT_LANES, i);
-                copy_lane((lanes *)end, (const lanes *)&kept[1], POINT_LANES, i);
-                difference[i] = kept_difference[i];
+            if (at.done[i])
                 continue;
-            }
-            /* linearised rates come closer by the same ratio again, or faster: that pass need not be made to be seen */
             const double gain = n > 0 ? 1 : first_gain(known, h[i], i);
-            const double now = moved(w, end, &before, &passes, gain, i), ratio = n > 0 ? smaller(now / last[i], 1) : 1;
-            settled[i] = !w->iterated[i] || now <= 1 || (!w->feedback && now * ratio <= 0.01);
-            last[i] = now;
-            if (now < 0.9 * least[i]) {
-                least[i] = now;
-                nearest[i] = n;
-            }
-            done[i] = settled[i] || n - nearest[i] >= ROUNDABOUT;
-            if (done[i] && known && w->feedback)
+            note_moved(w, moved(w, end, &before, &passes, gain, i), n, !w->feedback, i, &at);
+            if (at.done[i] && known && w->feedback)
                 note_feedback(&passes, h[i], i, known);
-            all &= done[i];
-            some |= done[i];
-            finished |= done[i];
+            some |= at.done[i];
+            finished |= at.done[i];
         }
         /* other states the next pass begins with are of forces that are mixed */
         if (w->feedback && (finished || !passes.mixes))
@@ -276,7 +338,7 @@ static void settle(const struct Contact *contact, const struct Configuration *w,
     }
     for (int i = 0; i < LANES; ++i) {
         const int shows = w->feedback || w->bends || w->yields || follows_slip(w, i);
-        difference[i] = shows && !settled[i] ? INFINITY : difference[i];
+        difference[i] = shows && !at.settled[i] ? INFINITY : difference[i];
     }
     if (w->feedback)
         return; /* closed by the last pass */
@@ -331,8 +393,10 @@ void try_alike(const struct Contact *contact, const struct Configuration *w, con
         all_brief &= brief[i];
         any_brief |= brief[i];
     }
-    if (!all_brief && w->iterates)
-        settle(contact, w, s, h, start, known, middle, end, difference);
+    if (!all_brief && (w->feedback || w->current_angle))
+        settle_stages(contact, w, s, h, start, known, middle, end, difference);
+    else if (!all_brief && w->iterates)
+        settle_rates(contact, w, s, h, start, middle, end, difference);
     else if (!all_brief)
         pass(contact, w, s, h, start, middle, end, difference);
     if (any_brief)
@@ -427,12 +491,11 @@ void try_halves(const struct Contact *contact, const struct Configuration *w, co
         return;
     struct Point own[4]; /* of the lanes that would do so alone */
     halves_between(contact, w, s, step, start, middle, end, &own[0], &own[1], &own[2], &own[3]);
-    for (int i = 0; i < LANES; ++i) {
-        if (w->iterated[i])
-            continue;
-        copy_lane((lanes *)early, (const lanes *)&own[0], POINT_LANES, i);
-        copy_lane((lanes *)half, (const lanes *)&own[1], POINT_LANES, i);
-        copy_lane((lanes *)late, (const lanes *)&own[2], POINT_LANES, i);
-        copy_lane((lanes *)whole, (const lanes *)&own[3], POINT_LANES, i);
-    }
+    int direct[LANES];
+    for (int i = 0; i < LANES; ++i)
+        direct[i] = !w->iterated[i];
+    copy_points(early, &own[0], direct);
+    copy_points(half, &own[1], direct);
+    copy_points(late, &own[2], direct);
+    copy_points(whole, &own[3], direct);
 }
