@@ -178,7 +178,7 @@ struct Configuration wire(const struct Contact *contact)
     EACH_LANE {
         /* A tool that does not vibrate moves evenly; a slip that is solved for keeps the steps of one that does. */
         const int moves = w.kinematics != KINEMATICS_EXTERNAL &&
-                          (w.current_angle || w.yields || w.p[VAR_AMPLITUDE_X][i] > 0 || w.p[VAR_AMPLITUDE_Y][i] > 0);
+                          (w.current_angle || w.p[VAR_AMPLITUDE_X][i] > 0 || w.p[VAR_AMPLITUDE_Y][i] > 0);
         w.longest[i] = moves ? 1 / (20 * w.p[VAR_VIBRATION_FREQUENCY][i]) : INFINITY;
     }
     resolving_step(&w, w.longest);

@@ -24,7 +24,7 @@
 #define LANES 1
 #endif
 
-/* One number for each lane. */
+/* One number for each lane. What is fixed, and whether the tool vibrates at all, is the same in all of a block. */
 typedef double lanes[LANES];
 
 enum Stage {

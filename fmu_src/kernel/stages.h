@@ -470,6 +470,7 @@ double window_end(const struct Contact *contact, int i);
 void forms_means(const struct Contact *contact, int forms[LANES]); /* is there a window? */
 void open_window(struct Contact *contact, int i);
 void close_window(struct Contact *contact, int i);
+void skip_windows(struct Contact *contact, const struct Configuration *w, double step);
 /* mean_window.c: the integrals since the last event, which a solver outside leads. They are shown as the integrals say;
  * where one of them, the variable `index`, has been led, the integral follows it; at an event they begin anew. */
 void show_recent(struct Contact *contact);

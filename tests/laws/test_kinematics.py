@@ -152,6 +152,22 @@ def test_without_vibration_it_is_conventional_turning() -> None:
     assert read(contact, *FORCES) == pytest.approx(before, rel=1e-9)
 
 
+@pytest.mark.parametrize("exponent", [1.0, 1.2])
+def test_a_tool_that_does_not_vibrate_is_followed_by_its_speed(exponent: float) -> None:
+    """At 200 samples of the cutting speed a second: a step to the end of each averaging window was a hundred to a sample, and a law whose
+    rate goes by its deflection took two thousand, a twentieth of a cycle each."""
+    values = {"amplitude_x": 0.0, "amplitude_y": 0.0, "feed": 1e-4, "cutting_speed": 0.2, "lugre.presliding_exponent": exponent}
+    names = ("principal_force", "mean_principal_force", "mean_measured_feed_force", "mean_friction_force")
+    times = np.arange(41) * 5e-3
+    fine = np.arange(4001) * PERIOD
+    speed = 0.2 + 0.05 * np.sin(40 * times)
+    contact = started(values)
+    rows = contact.run(times, {"cutting_speed": speed}, names)
+    assert contact.get("step_count") < 10 * times.size
+    each = started(values).run(fine, {"cutting_speed": np.interp(fine, times, speed)}, names)
+    assert rows[1:] == pytest.approx(each[100::100], rel=2e-5)
+
+
 @pytest.mark.parametrize("shift", [0.7, 2.5, -1.9])
 def test_a_phase_shift_of_both_axes_is_a_shift_in_time(shift: float) -> None:
     plain, shifted = at_speed_ratio(0.3), at_speed_ratio(0.3, phase_x=-pi / 2 + shift, phase_y=pi + shift)

@@ -17,7 +17,7 @@ import numpy as np
 from evat.model import FloatArray, NamedArrays, ParameterError, Run, SimulationError, nearest
 from evat.native import kernel
 from evat.native.compile import MANY_LANES
-from evat.required_inputs import check_inputs_of_law, check_required_inputs
+from evat.required_inputs import AMPLITUDES, check_inputs_of_law, check_required_inputs
 from evat.threads import kept_threads
 
 Give = Literal["rows", "sums"]
@@ -218,9 +218,11 @@ def _search_apart(constants: Mapping[int, float], on: Sequence[str]) -> bool:
 
 
 def _blocks(count: int, columns: Mapping[int, FloatArray], lanes: int) -> Iterator[np.ndarray[Any, np.dtype[np.intp]]]:
-    """Places of the sets that run side by side: those that agree in what is fixed."""
+    """Places of the sets that run side by side: those that agree in what is fixed, and in whether the tool vibrates, since only then are
+    there cycles that may be skipped."""
     variables = kernel.variables()
     fixed = [column for index, column in columns.items() if variables[index].variability == "fixed"]
+    fixed += [column != 0 for index, column in columns.items() if variables[index].name in AMPLITUDES]
     groups = np.unique(np.column_stack(fixed), axis=0, return_inverse=True)[1].ravel() if fixed else np.zeros(count, dtype=np.intp)
     for group in np.unique(groups):
         places = np.flatnonzero(groups == group)

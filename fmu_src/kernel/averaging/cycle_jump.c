@@ -28,9 +28,21 @@ struct CycleEnd {
     lanes state[UNKNOWNS], integral[INTEGRALS];
 };
 
+/* Does nothing go round in a cycle? Steps of a tool that does not vibrate, and that no effect has follow something of
+ * its own, are as long as the tolerance lets them. All lanes go on without cycles, or none. */
+static int is_even(const struct Configuration *w)
+{
+    int even = !w->current_angle;
+    for (int n = 0; n < w->on_count; ++n)
+        even &= w->on[n]->longest_step == NULL;
+    EACH_LANE
+        even &= (w->p[VAR_AMPLITUDE_X][i] == 0) & (w->p[VAR_AMPLITUDE_Y][i] == 0);
+    return even;
+}
+
 static int may_jump(const struct Configuration *w, int stop_at_events)
 {
-    return w->kinematics != KINEMATICS_EXTERNAL && !stop_at_events && !w->law->event && !w->looks_back &&
+    return !is_even(w) && w->kinematics != KINEMATICS_EXTERNAL && !stop_at_events && !w->law->event && !w->looks_back &&
            !w->meets_again && !w->delays && is_steady(w);
 }
 

@@ -196,14 +196,16 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
                      10 * ahead; /* a hundred-millionth of a cycle: what is missed of a contact that is back at once */
     EACH_LANE
         t.wait[i] = first_wait;
+    if (!stop_at_events)
+        skip_windows(contact, w, step);
     if (!course->known) {
         point_at(contact, w, s, t.start);
         let_go(contact, w);
-        EACH_LANE {
+        EACH_LANE
             t.start->z[i] = contact->value[VAR_BRISTLE_DEFLECTION][i];
-            course->window_end[i] = window_end(contact, i);
-        }
     }
+    EACH_LANE
+        course->window_end[i] = window_end(contact, i);
     course->known = 0;
     for (double n = 0; choose_step(contact, w, step, s, course->window_end, &t); ++n) {
         if (n >= most_steps || is_without_end(contact, guard, step, s, n))
