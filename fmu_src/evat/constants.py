@@ -274,6 +274,7 @@ class _Constants(ConstantTable):
     calm_squares = Constant(2.0, "of their mean square", "up to which a window is calm", low=1.0)
     fewest_calm_windows = Constant(16, "windows", "of fewer the correlation of noise is not told", source="safety limit")
     heavy_tails = Constant(2.5, "standard errors", "of the excess kurtosis of changes of a level, beyond which they are none of noise")
+    jump_of_prediction = Constant(0.5, "of its range in a recording", "within a window: by more, repeats out of step differ by that")
     calm_deviations = Constant(2.0, "over the root of the windows", "log mean square that these may be off by", low=0.0)
     memory_of_sensors = Constant(
         (-0.5, 0.8), "lag-one correlation", "of the noise of a sensor, at least and at most; what is smoother may be what a model lacks"

@@ -97,9 +97,24 @@ def test_a_slow_noise_beside_a_white_one_is_noise(slow: float) -> None:
     assert max(shares) < 0.1
 
 
+def test_repeats_out_of_step_differ_where_the_force_jumps() -> None:
+    """By half a sample at ten reversals: their few changes are large beside those of a slow noise, which then was none, and a rig where
+    nothing acts but half a sample of delay had "something unknown" with a probability of 0.95."""
+    reversing = 10.0 * np.tanh(3.0 * np.sin(2 * np.pi * 10.0 * np.arange(COUNT) / COUNT) / 0.2)
+    jumps = np.convolve(np.gradient(reversing), np.full(4, 0.25), mode="same")
+
+    def drawn(seed: int) -> np.ndarray:
+        slow = noise(2 * seed, 0.97) * np.sqrt(1 - 0.97**2)
+        return np.asarray(0.7 * noise(2 * seed + 1, 0.0) + 0.7 * slow + 1.2 * (-1) ** seed * jumps)
+
+    shares = [irregular([drawn(4 * seed + k) for k in range(4)], [1e-3] * 4, [reversing] * 4).smooth for seed in range(15)]
+    assert max(shares) < 0.1
+
+
 def test_a_recording_with_next_to_no_samples_tells_nothing_of_what_is_smooth() -> None:
     """Of one that a burst fills nothing is left: its noise was no number."""
-    assert smoother_than_calm([noise(1), np.zeros(0), noise(2, count=2)]) == smoother_than_calm([noise(1)])
+    force = [FORCE, np.zeros(0), FORCE[:2]]
+    assert smoother_than_calm([noise(1), np.zeros(0), noise(2, count=2)], force) == smoother_than_calm([noise(1)], [FORCE])
 
 
 def test_a_hum_is_a_line_at_its_frequency() -> None:

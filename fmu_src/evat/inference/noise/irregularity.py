@@ -13,6 +13,7 @@ from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from scipy.ndimage import binary_dilation, median_filter
 from scipy.stats import kurtosis
 
@@ -203,29 +204,40 @@ def of_some_conditions(rows: Sequence[FloatArray], conditions: Sequence[Hashable
     return float(np.sum((counts * (squares - squares[quietest]))[larger & smoother]))
 
 
-def smoother_than_calm(rows: Sequence[FloatArray]) -> float:
+def smoother_than_calm(rows: Sequence[FloatArray], predicted: Sequence[FloatArray]) -> float:
     """Sum of squares in the rows (n,) beyond what noise has that goes on as it does where it is calm; lines and bursts, which are told by
-    themselves, aside. 0 where that is not told, and where it is a slow noise of its own."""
-    regular = [without_lines(row) for row in rows]
-    clear = [row[~bursts(row)] for row in regular]
-    clear = [row for row in clear if row.size >= CONSTANTS.calm_window]  # a burst may fill a recording
+    themselves, aside. 0 where that is not told, and where it is a slow noise of its own. predicted : of each, (n,)."""
+    clear, own = list[FloatArray](), list[FloatArray]()
+    for row, force in zip(map(without_lines, rows), predicted, strict=True):
+        calm = ~bursts(row)
+        if np.count_nonzero(calm) >= CONSTANTS.calm_window:  # a burst may fill a recording
+            clear.append(row[calm])
+            own.append(force[calm])
     windows = window_count(clear)
     filter_ = autoregression_where_calm(clear)
-    if filter_ is None or _changes_as_noise(clear):
+    if filter_ is None or _changes_as_noise(clear, own):
         return 0.0
     chance = float(np.exp(CONSTANTS.calm_deviations / np.sqrt(windows)))
     calm = float(autocovariance(filter_, 1)[0]) * sum(row.size * innovation_sd_where_calm(filter_, row) ** 2 for row in clear)
     return max(sum(row.size * robust_sd(row) ** 2 for row in clear) - chance * calm, 0.0)
 
 
-def _changes_as_noise(rows: Sequence[FloatArray]) -> bool:
+def _changes_as_noise(rows: Sequence[FloatArray], predicted: Sequence[FloatArray]) -> bool:
     """Whether the level of rows (n,) changes over a quarter of a window by what is normally distributed, as of noise, however slow: what
-    builds up and breaks off, and what comes in stretches, has a few large changes beside many small ones."""
+    builds up and breaks off, and what comes in stretches, has a few large changes beside many small ones. So do repeats that are out of
+    step, where the force jumps: there nothing is asked."""
     some = int(CONSTANTS.calm_window) // 4
-    levels = [np.convolve(row, np.full(some, 1 / some), mode="valid") for row in rows]
-    changes = np.concatenate([level[some:] - level[:-some] for level in levels])
-    chance = np.sqrt(24 * CONSTANTS.calm_window / changes.size)  # standard error of a kurtosis; neighbours have most of a window in common
-    return bool(kurtosis(changes) <= CONSTANTS.heavy_tails * chance)
+    changes, steady = list[FloatArray](), list[BoolArray]()
+    for row, own in zip(rows, predicted, strict=True):
+        level = np.convolve(row, np.full(some, 1 / some), mode="valid")
+        beside = sliding_window_view(np.pad(own, some, mode="edge"), 4 * some)  # a quarter of a window to either side
+        changes.append(level[some:] - level[:-some])
+        steady.append(beside.max(axis=1) - beside.min(axis=1) <= CONSTANTS.jump_of_prediction * np.ptp(own))
+    every, asked = np.concatenate(changes), np.concatenate(steady)
+    if 2 * np.count_nonzero(asked) > asked.size:  # else the motion is so quick that nothing is left
+        every = every[asked]
+    chance = np.sqrt(24 * CONSTANTS.calm_window / every.size)  # standard error of a kurtosis; neighbours have most of a window in common
+    return bool(kurtosis(every) <= CONSTANTS.heavy_tails * chance)
 
 
 def irregular(
@@ -246,5 +258,5 @@ def irregular(
     share = wanders * count / total if wanders > CONSTANTS.least_wander**2 * level else 0.0
     of_some = of_some_conditions(rows, conditions) / total if conditions else 0.0
     of_some = max(of_some - (in_bursts + in_lines) / total - share, 0.0)
-    smooth = max(smoother_than_calm(rows) / total - share - of_some, 0.0)
+    smooth = max(smoother_than_calm(rows, predicted) / total - share - of_some, 0.0)
     return Irregularity(total / count, in_bursts / total, in_lines / total, frequency, share, of_some, smooth)
