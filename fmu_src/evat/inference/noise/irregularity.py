@@ -209,10 +209,10 @@ def smoother_than_calm(rows: Sequence[FloatArray], predicted: Sequence[FloatArra
     themselves, aside. 0 where that is not told, and where it is a slow noise of its own. predicted : of each, (n,)."""
     clear, own = list[FloatArray](), list[FloatArray]()
     for row, force in zip(map(without_lines, rows), predicted, strict=True):
-        calm = ~bursts(row)
-        if np.count_nonzero(calm) >= CONSTANTS.calm_window:  # a burst may fill a recording
-            clear.append(row[calm])
-            own.append(force[calm])
+        quiet = ~bursts(row)
+        if np.count_nonzero(quiet) >= CONSTANTS.calm_window:  # a burst may fill a recording
+            clear.append(row[quiet])
+            own.append(force[quiet])
     windows = window_count(clear)
     filter_ = autoregression_where_calm(clear)
     if filter_ is None or _changes_as_noise(clear, own):
