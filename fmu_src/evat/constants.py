@@ -266,7 +266,8 @@ class _Constants(ConstantTable):
     least_samples_per_end = Constant(8, "samples", "of a recording, one of which may be unsure at either end", source="safety limit")
 
     # Noise
-    most_lags = Constant(6, "samples", "of an autoregression")
+    most_lags = Constant(24, "samples", "of an autoregression: a slow noise beside a white one goes by many", source="budget of work")
+    usual_lags = Constant(6, "samples", "of it at most where recordings are short")
     samples_per_lag = Constant(20, "samples", "for each coefficient of an autoregression; from fewer none is estimated")
     clipped_at = Constant(4.0, "robust sd", "beyond which a sample counts as no more than that")
     calm_window = Constant(24, "samples", "less a parabola: what a model lacks bends more slowly", low=8)

@@ -14,7 +14,7 @@ from evat.gap.search.compare import compare
 from evat.identification import Settings, identify
 from evat.identification.objective import Kind
 from evat.inference.checks import opposed, unit_ratio
-from evat.inference.noise.autoregression import WHITE, autoregression, impulse_response
+from evat.inference.noise.autoregression import WHITE, autoregression, impulse_response, innovation_sd, innovations
 from evat.inference.noise.estimate import differing, estimate_noise, random_effects, repeatability, without_jumps
 from evat.inference.prediction import Prediction
 from evat.inference.sample_whitening import SampleWhitening
@@ -50,6 +50,22 @@ def test_an_autoregression_is_told_by_its_recordings() -> None:
     assert impulse_response(filter_, 3) == pytest.approx([1.0, 1.1, 0.91], abs=0.08)
     assert np.array_equal(autoregression([rng.standard_normal(4000)]), WHITE)
     assert np.array_equal(autoregression([np.arange(10.0)]), WHITE)
+
+
+def test_a_slow_noise_beside_a_white_one_is_white_behind_its_filter() -> None:
+    """As an amplifier's 1/f noise: six lags left twice the variance of white noise in the slowest periods, where effects are told."""
+    rng = np.random.default_rng(5)
+    slow = [lfilter([np.sqrt(1 - 0.99**2)], [1.0, -0.99], rng.standard_normal(2000)) for _ in range(6)]
+    rows = [np.sqrt(0.4) * row + np.sqrt(0.6) * rng.standard_normal(2000) for row in slow]
+    filter_ = autoregression(rows)
+    spectra = [np.abs(np.fft.rfft(innovations(filter_, row))[1:9]) ** 2 / row.size for row in rows]
+    assert np.mean(spectra) == pytest.approx(innovation_sd(filter_, rows) ** 2, rel=0.4)  # of 48 numbers: 0.14
+
+
+def test_a_short_recording_loses_few_samples_to_its_filter() -> None:
+    rng = np.random.default_rng(6)
+    rows = [lfilter([1.0], [1.0, -0.97], rng.standard_normal(200))[-60:] + 2 * rng.standard_normal(60) for _ in range(60)]
+    assert autoregression(rows).size <= 1 + CONSTANTS.usual_lags
 
 
 def test_a_gain_that_scatters_is_no_noise_within_a_trial(rig: Prediction) -> None:

@@ -32,7 +32,8 @@ def autoregression(rows: Sequence[FloatArray]) -> FloatArray:
     """
     rows = [row for row in rows if row.size >= CONSTANTS.samples_per_lag]
     count = sum(row.size for row in rows)
-    most = min(CONSTANTS.most_lags, count // CONSTANTS.samples_per_lag)
+    shortest = min((row.size for row in rows), default=0)  # its first samples, whose past is unknown, are lost
+    most = min(CONSTANTS.most_lags, count // CONSTANTS.samples_per_lag, max(shortest // CONSTANTS.samples_per_lag, CONSTANTS.usual_lags))
     covariance = np.zeros(most + 1)
     for row in rows:
         limit = CONSTANTS.clipped_at * max(robust_sd(row), 1e-300)
