@@ -501,6 +501,11 @@ class _Constants(ConstantTable):
     sharpness = Constant(6.0, "log-odds", "per factor e^-2 in the share of the gap that is left", origin="calibrated")
     form = Constant(0.05, "of the gap", "that may be left by an effect of a slightly other form", origin="calibrated")
     effect_cost = Constant(4.0, "log-odds", "of each further effect", origin="calibrated")
+    cost_of_generality = Constant(
+        1.1,
+        "log-odds",
+        "of an effect beside a special case of it: three to one for that, where what the effect has besides is out of sight",
+    )
     gap_offset = Constant(0.0, "log-odds", "of a nominal gap that is as large as what nobody would look at", origin="calibrated")
     gap_slope = Constant(2.0, "log-odds", "per e-fold of the nominal gap over what nobody would look at", origin="calibrated")
     structure_offset = Constant(0.0, "log-odds", "gap_offset, of what recalibration leaves", origin="calibrated")

@@ -178,7 +178,8 @@ class Law:
 @dataclass(frozen=True, slots=True)
 class Effect:
     """A switchable effect: `variables` are its own parameters, `states` its own states; without the inputs it `needs` it says nothing.
-    Effects of one `family` (lag, load, thermal, ...) leave much the same in a record.
+    Effects of one `family` (lag, load, thermal, ...) leave much the same in a record. Its `special_cases` are effects that it comes to
+    where what it has besides is out of sight.
 
     It `applies_to` the kinematics named there, and to every kinematics in which an input named there is given; empty: to all. One that does
     not apply can be switched on all the same, and is no explanation of such a record: the work of a robot's joint has no run-out. One
@@ -193,6 +194,7 @@ class Effect:
     source: str
     variables: tuple[Variable, ...] = ()
     rivals: tuple[str, ...] = ()
+    special_cases: tuple[str, ...] = ()
     signature: str = ""
     stage: str = ""
     needs: tuple[str, ...] = ()

@@ -506,6 +506,7 @@ struct Effect {
     const char *equation, *signature; /* the law, and what it does to a record */
     const char *family; /* of effects that a record can hardly tell apart: one word, as in a textbook's index */
     const char *rivals; /* names, comma-separated, of which at most one may be on; may be NULL */
+    const char *special_cases; /* names of effects that it comes to where its own part is out of sight; may be NULL */
     const char *needs; /* inputs without which it says nothing, comma-separated; may be NULL */
     const char *applies_to; /* the kinematics in which it happens, comma-separated, and inputs whoever gives which has
                                it in every kinematics; NULL: it may happen anywhere */

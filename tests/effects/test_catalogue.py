@@ -92,6 +92,7 @@ def test_the_table_tells_all(effect: Effect) -> None:
     assert any(math.isfinite(variable.neutral) for variable in effect.variables)
     assert any(variable.start != variable.neutral for variable in effect.variables if math.isfinite(variable.neutral))  # on is not off
     assert all(rival in EFFECTS and effect.name in EFFECTS[rival].rivals for rival in effect.rivals)
+    assert all(case in EFFECTS and effect.name not in EFFECTS[case].special_cases for case in effect.special_cases)
     assert all(kernel.variable(need).causality == "input" for need in effect.needs)
     assert len(set(effect.applies_to)) == len(effect.applies_to)
     assert effect.family.isalpha()

@@ -138,6 +138,7 @@ def test_a_case_comes_back_from_its_line_with_every_feature() -> None:
         shifts={on: 1.5},
         numbers=40,
         one_family={on: True},
+        general={on: 1},
     )
     assert all(getattr(seen, each.name) for each in fields(Features) if each.name != "exact")
     assert CalibrationCase.read(CalibrationCase(seen, "a").line()).features == seen

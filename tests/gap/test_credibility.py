@@ -17,6 +17,7 @@ from evat.gap.report.words import sentence
 from evat.gap.search.compare import compare
 from evat.gap.verdict.constants import Constants
 from evat.gap.verdict.credibility import doubts
+from evat.gap.verdict.features import features as observed
 from evat.gap.verdict.judgement import judge
 from evat.inference.fit import fit
 from evat.inference.hypothesis import Hypothesis
@@ -210,6 +211,27 @@ def test_a_second_effect_counts_where_the_first_alone_is_not_credible() -> None:
     seen = features(30, {"bend": (300, 0.05), "lean": (20, 0.9), "bend+lean": (420, 0.05)}, exact=-50)
     assert judge(replace(seen, shifts={BEND: 1.0, leans: 1.0, both: 1.0}), Constants()).chosen == BEND
     assert judge(replace(seen, shifts={BEND: 12.0, leans: 1.0, both: 1.0}), Constants()).chosen == both
+
+
+def test_a_special_case_is_named_where_the_general_effect_shows_no_more() -> None:
+    """An edge force had as much probability as a least chip thickness that no cut came near, and neither was named."""
+    seen = features(30, {"bend": (402, 0.02), "lean": (400, 0.02)}, exact=-50)
+    assert judge(seen, Constants()).verdict == "ambiguous"
+    judged = judge(replace(seen, general={BEND: 1}), Constants())
+    assert (judged.verdict, judged.chosen) == ("effect", Hypothesis(("lean",)))
+    clear = features(30, {"bend": (480, 0.02), "lean": (400, 0.02)}, exact=-50)
+    assert judge(replace(clear, general={BEND: 1}), Constants()).chosen == BEND
+
+
+def test_an_effect_is_general_where_a_special_case_of_it_was_compared() -> None:
+    toy = Toy()
+    toy.effects = tuple(replace(effect, special_cases=("lean",) if effect.name == "bend" else ()) for effect in Toy.effects)
+    _, comparison = diagnose_with(measured(["bend"], {"bend.c": 0.4}), toy)
+    assert Hypothesis(("lean",)) in comparison.models
+    general = observed(comparison).general
+    assert general[BEND] == 1
+    assert general[Hypothesis(("lean",))] == 0
+    assert general.get(Hypothesis(("bend", "lean")), 0) == 0
 
 
 @pytest.mark.parametrize(("shift", "named"), [(3.0, "bend"), (5.0, "lean")])

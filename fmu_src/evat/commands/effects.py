@@ -99,6 +99,7 @@ def _described(effect: Effect, in_full: bool) -> Padding:
     facts = [("what it is", effect.physics), ("equation", effect.equation), ("signature", effect.signature)]
     facts += [("source", effect.source), ("family", effect.family)]
     facts += [("rivals", ", ".join(effect.rivals))] if effect.rivals else []
+    facts += [("special cases", ", ".join(effect.special_cases))] if effect.special_cases else []
     facts += [("needs", ", ".join(effect.needs))] if effect.needs else []
     facts += [("applies to", ", ".join(effect.applies_to))] if effect.applies_to else []
     headers = ("parameter", "start", "bounds", "neutral", *(["meaning [source]"] if in_full else []))

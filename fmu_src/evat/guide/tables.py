@@ -120,6 +120,7 @@ def _effects_in_full() -> str:
             facts += [f"- **Equation:** {_code(effect.equation, 'equation')}", f"- **In a record:** {_text(effect.signature)}"]
             facts += [f"- **Source:** {_text(effect.source)}", f"- **Family:** {_text(effect.family)}"]
             facts += [f"- **Rivals:** {', '.join(map(_code, effect.rivals))}"] if effect.rivals else []
+            facts += [f"- **Special cases:** {', '.join(map(_code, effect.special_cases))}"] if effect.special_cases else []
             facts += [f"- **Applies to:** {', '.join(map(_code, effect.applies_to))}"] if effect.applies_to else []
             facts += [
                 "- **Unsteady:** it goes by the time or the way itself, so that means of steady states tell nothing of it."

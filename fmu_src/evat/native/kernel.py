@@ -205,8 +205,8 @@ def effects() -> tuple[Effect, ...]:
     Returns
     -------
     tuple of Effect
-        Each with name, meaning, equation, source, signature, stage, parameters, rivals, the inputs without which it says nothing, and the
-        kinematics it applies to.
+        Each with name, meaning, equation, source, signature, stage, parameters, rivals, special cases, the inputs without which it says
+        nothing, and the kinematics it applies to.
 
     Raises
     ------
@@ -233,6 +233,7 @@ def effects() -> tuple[Effect, ...]:
                 source=own[0].source,
                 variables=own[1 : row.count - 2 * row.states],
                 rivals=_names(_text(row.rivals)),
+                special_cases=_names(_text(row.special_cases)),
                 signature=_text(row.signature),
                 family=_text(row.family),
                 stage=_text(loaded.kernel_stage_name(row.stage)),

@@ -45,6 +45,7 @@ const struct Effect effect_minimum_chip_thickness = {
     .equation = "tau_s w (h - h_m) in place of tau_s w h, principal_force + p w (h_m + mu c), feed_force + p w (c - mu h_m), "
         "h_m = min(h, share r), c = sqrt(h_m (2 r - h_m))",
     .signature = "force over thickness has a bend at share r: ploughing below, steep at first, the slope of the chip above",
+    .special_cases = "edge_force", /* where the cut is never thinner than share r */
     .applies_to = "internal, combined, uncut_thickness",
     .family = "load",
     .stage = STAGE_LOAD, .act = pass_under,

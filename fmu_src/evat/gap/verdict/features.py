@@ -25,7 +25,8 @@ class Features:
     structural squares; `held_out[hypothesis]`, the share that it leaves on conditions left out of its fit, as far as that is sure;
     `doubts[hypothesis]`, reasons why its fit is not credible; `shift` and `shifts[hypothesis]`, how far the recalibrated model and each
     hypothesis move a nominal value at most, in its standard deviations; `numbers`, how many were measured;
-    `one_family[hypothesis]`, whether an effect of the measurement stands in it beside another of its family."""
+    `one_family[hypothesis]`, whether an effect of the measurement stands in it beside another of its family; `general[hypothesis]`, how
+    many of its effects have a special case that was compared, too."""
 
     nominal: Mapping[str, float]
     recalibrated: Mapping[str, float]
@@ -42,6 +43,7 @@ class Features:
     shifts: Mapping[Hypothesis, float] = field(default_factory=dict)
     numbers: float = math.inf
     one_family: Mapping[Hypothesis, bool] = field(default_factory=dict)
+    general: Mapping[Hypothesis, int] = field(default_factory=dict)
 
     @property
     def overstated(self) -> float:
@@ -78,7 +80,14 @@ def features(comparison: Comparison) -> Features:
         shifts={on: largest_shift(comparison, fit) for on, fit in comparison.models.items()},
         numbers=comparison.prediction.measured.size,
         one_family={on: of_one_family(comparison.prediction.model, on) for on in comparison.models},
+        general=_general(comparison),
     )
+
+
+def _general(comparison: Comparison) -> dict[Hypothesis, int]:
+    cases = {effect.name: effect.special_cases for effect in comparison.prediction.model.effects}
+    compared = {name for on in comparison.models for name in on.effects}
+    return {on: sum(not compared.isdisjoint(set(cases[name]) - set(on.effects)) for name in on.effects) for on in comparison.models}
 
 
 def _irregular(comparison: Comparison) -> dict[str, Irregularity]:

@@ -98,6 +98,7 @@ def steps(features: Features, constants: Constants, reverse: Collection[str] = (
     lefts = {on: share * seen if share < worse else share for on, share in shares.items()}
     firsts = {on: _first(on, features) if features.one_family.get(on) else None for on in lefts}  # what these leave alone counts
     scores = {on: _score(on, _credited(on, features, constants) / overstated, lefts[firsts[on] or on], constants) for on in features.gain}
+    scores = {on: score - CONSTANTS.cost_of_generality * features.general.get(on, 0) for on, score in scores.items()}
     if "credible_values" not in reverse:
         scores = {on: score - _surprise(features.shifts.get(on, 0.0)) for on, score in scores.items()}
     # What may be chance explains nothing.
