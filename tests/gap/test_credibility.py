@@ -213,6 +213,29 @@ def test_a_second_effect_counts_where_the_first_alone_is_not_credible() -> None:
     assert judge(replace(seen, shifts={BEND: 12.0, leans: 1.0, both: 1.0}), Constants()).chosen == both
 
 
+def test_a_second_effect_earns_nothing_by_a_value_that_is_hardly_less_credible() -> None:
+    """Beside a resonance that left 0.2 % of the gap an elasto-plastic contact was named, for a value that moved by 3.9 instead of 2.1."""
+    both, leans = Hypothesis(("bend", "lean")), Hypothesis(("lean",))
+    seen = features(30, {"bend": (1751, 0.002), "lean": (8, 0.98), "bend+lean": (1853, 0.001)}, exact=-50)
+    assert judge(replace(seen, shifts={BEND: 3.9, leans: 1.5, both: 2.1}), Constants()).chosen == BEND
+
+
+def test_what_explains_nothing_is_not_named_where_what_explains_is_not_credible() -> None:
+    """With 0.7, for an effect that left all of the gap, since the one that explained it needs a value 11 standard deviations off."""
+    leans = Hypothesis(("lean",))
+    seen = replace(features(30, {"bend": (160, 0.1), "lean": (1, 1.0)}, exact=-380), shift=3.0, shifts={BEND: 11.0, leans: 3.0})
+    assert judge(seen, Constants()).verdict == "unknown"
+
+
+def test_where_every_model_moves_a_value_far_the_owner_was_too_sure() -> None:
+    """By as much as the least tells; a tenth more than that is no reason against what explains the gap."""
+    leans = Hypothesis(("lean",))
+    seen = features(30, {"bend": (300, 0.2), "lean": (420, 0.02)}, exact=-50)
+    judged = judge(replace(seen, shift=12.0, shifts={BEND: 9.0, leans: 10.0}), Constants())
+    assert (judged.verdict, judged.chosen) == ("effect", leans)
+    assert judge(replace(seen, shift=12.0, shifts={BEND: 1.0, leans: 10.0}), Constants()).chosen == BEND
+
+
 def test_a_special_case_is_named_where_the_general_effect_shows_no_more() -> None:
     """An edge force had as much probability as a least chip thickness that no cut came near, and neither was named."""
     seen = features(30, {"bend": (402, 0.02), "lean": (400, 0.02)}, exact=-50)

@@ -96,17 +96,17 @@ def steps(features: Features, constants: Constants, reverse: Collection[str] = (
     ratio = min(max((after / max(features.nominal[c], after, 1e-300) for c, after in features.recalibrated.items()), default=1.0), 1.0)
     shares = {on: share * (1 - strange * (1 - ratio)) if on in credible else share for on, share in shares.items()}
     lefts = {on: share * seen if share < worse else share for on, share in shares.items()}
-    firsts = {on: _first(on, features) if features.one_family.get(on) else None for on in lefts}  # what these leave alone counts
+    firsts = {on: _first(on, features, constants) if features.one_family.get(on) else None for on in lefts}  # what these leave alone counts
     scores = {on: _score(on, _credited(on, features, constants) / overstated, lefts[firsts[on] or on], constants) for on in features.gain}
     scores = {on: score - CONSTANTS.cost_of_generality * features.general.get(on, 0) for on, score in scores.items()}
-    if "credible_values" not in reverse:
-        scores = {on: score - _surprise(features.shifts.get(on, 0.0)) for on, score in scores.items()}
+    surprises = {on: 0.0 if "credible_values" in reverse else surprise for on, surprise in _surprises(features).items()}
+    scores = {on: score - surprises[on] for on, score in scores.items()}
     # What may be chance explains nothing.
     sure = {
         on: 1.0 if "beyond_chance" in reverse else _sigmoid((gain - CONSTANTS.chance_evidence) / CONSTANTS.chance_evidence_scale)
         for on, gain in features.gain.items()
     }
-    unexplained = {on: 1 - max(1 - lefts[on], 0.0) * sure[on] for on in sure}
+    unexplained = {on: 1 - max(1 - lefts[on], 0.0) * sure[on] * math.exp(-surprises[on]) for on in sure}
     closest = min(unexplained, key=lambda on: unexplained[on], default=NOMINAL)
     left = unexplained.get(closest, 1.0)
     by_size = _sigmoid(constants.structure_offset + constants.structure_slope * size)
@@ -221,35 +221,38 @@ def _seen(size: float) -> float:
 
 
 def _credited(on: Hypothesis, features: Features, constants: Constants) -> float:
-    """Log evidence as far as it counts: what a second effect adds to that of the first, only where it takes a share of what that leaves, or
-    frees a nominal value that the first alone moves where nobody can have meant it. Else it mends the form of the first, which no effect in
-    the world shares with the library's; as one of its own family does in any case, where that is one of the measurement."""
-    gain, first = features.gain[on], _first(on, features)
+    """Log evidence as far as it counts: what a second effect adds to that of the first, only where it takes a share of what that leaves.
+    Else it mends the form of the first, which no effect in the world shares with the library's; as one of its own family does in any case,
+    where that is one of the measurement."""
+    gain, first = features.gain[on], _first(on, features, constants)
     if first is None:
         return gain
     if features.one_family.get(on):
         return min(gain, features.gain[first])
-    if features.shifts.get(first, 0.0) > CONSTANTS.credible_shift >= features.shifts.get(on, math.inf):
-        return gain
     taken = 1 - (features.left[on] + constants.form) / (features.left[first] + constants.form)
     credit = min(max(taken / CONSTANTS.second_effect_share, 0.0), 1.0)
     return min(gain, features.gain[first] + credit * max(gain - features.gain[first], 0.0))
 
 
-def _first(on: Hypothesis, features: Features) -> Hypothesis | None:
-    """Of a set the likelier effect alone, as far as any of it was fitted alone."""
+def _first(on: Hypothesis, features: Features, constants: Constants) -> Hypothesis | None:
+    """Of a set the likelier effect alone, as far as any of it was fitted alone; not one that nominal values make so which nobody can have
+    meant."""
     parts = [part for part in on.parts() if part in features.gain] if len(on) > 1 else []
-    return max(parts, key=lambda part: features.gain[part], default=None)
+    surprises = _surprises(features)
+    return max(parts, key=lambda part: features.gain[part] / constants.temperature - surprises[part], default=None)
 
 
 def _score(on: Hypothesis, gain: float, left: float, constants: Constants) -> float:
     return gain / constants.temperature - 0.5 * constants.sharpness * math.log(left + constants.form) - constants.effect_cost * len(on)
 
 
-def _surprise(shift: float) -> float:
-    """Log-odds against a hypothesis that moves a nominal value so many prior standard deviations, beyond what is credible. In full, unlike
-    evidence: what its owner states of a value leans on no form of a law."""
-    return 0.5 * max(shift**2 - CONSTANTS.credible_shift**2, 0.0)
+def _surprises(features: Features) -> dict[Hypothesis, float]:
+    """Log-odds against each hypothesis, of the nominal value that it moves most, in prior standard deviations beyond what is credible. In
+    full, unlike evidence: what its owner states of a value leans on no form of a law. Where every model moves one further than that, the
+    owner was too sure by as much as the least of these tells."""
+    shifts = {on: features.shifts.get(on, 0.0) for on in features.gain}
+    too_sure = max(min([features.shift, *shifts.values()]) / CONSTANTS.credible_shift, 1.0)
+    return {on: 0.5 * max((shift / too_sure) ** 2 - CONSTANTS.credible_shift**2, 0.0) for on, shift in shifts.items()}
 
 
 def _sigmoid(x: float) -> float:
