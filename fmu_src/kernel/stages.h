@@ -471,6 +471,7 @@ void forms_means(const struct Contact *contact, int forms[LANES]); /* is there a
 void open_window(struct Contact *contact, int i);
 void close_window(struct Contact *contact, int i);
 void skip_windows(struct Contact *contact, const struct Configuration *w, double step);
+void return_to_window(struct Contact *contact);
 /* mean_window.c: the integrals since the last event, which a solver outside leads. They are shown as the integrals say;
  * where one of them, the variable `index`, has been led, the integral follows it; at an event they begin anew. */
 void show_recent(struct Contact *contact);

@@ -7,6 +7,7 @@ from math import acos, cos, pi, sin, sqrt, tan
 import numpy as np
 import pytest
 from driving import AMPLITUDE, ELLIPSE, OMEGA, PERIOD, at_angle, at_speed_ratio, events, read, started
+from evat.model import SimulationError
 from evat.native import kernel
 from scipy.optimize import brentq
 
@@ -166,6 +167,22 @@ def test_a_tool_that_does_not_vibrate_is_followed_by_its_speed(exponent: float) 
     assert contact.get("step_count") < 10 * times.size
     each = started(values).run(fine, {"cutting_speed": np.interp(fine, times, speed)}, names)
     assert rows[1:] == pytest.approx(each[100::100], rel=2e-5)
+
+
+def test_means_go_on_after_a_step_that_has_ended_early() -> None:
+    """Where the step has no end: windows to which it had not come were taken for passed, and the mean stood still for half a second."""
+    bonds = {"friction_law": "bristle", "amplitude_x": 0.0, "amplitude_y": 0.0, "feed": 1e-4, "cutting_speed": 0.5}
+    contact = started(bonds)
+    contact.advance(1e-3)
+    before = contact.get("mean_friction_force")
+    with pytest.raises(SimulationError, match="without end"):
+        contact.advance(1.0)
+    means = []
+    for _ in range(40):
+        contact.advance(PERIOD)
+        means.append(contact.get("mean_friction_force"))
+    assert np.unique(means).size == len(means)
+    assert np.ptp([before, *means]) < before
 
 
 @pytest.mark.parametrize("shift", [0.7, 2.5, -1.9])

@@ -71,6 +71,23 @@ void skip_windows(struct Contact *contact, const struct Configuration *w, double
     }
 }
 
+/* After a step that has ended before one of the windows that it looked at: what has passed of the present one counts as
+ * the last mean. */
+void return_to_window(struct Contact *contact)
+{
+    for (int i = 0; i < LANES; ++i) {
+        const double length = window_length(contact, i), now = contact->value[VAR_TIME][i];
+        const double ended = length > 0 ? floor((now - contact->window_origin) / length) : INFINITY;
+        if (!(contact->window[i] > ended))
+            continue;
+        const double begun = contact->window_origin + ended * length;
+        for (int n = 0; n < MEANS; ++n)
+            contact->window_start[n][i] =
+                contact->value[integral_of[FIRST_MEAN_INTEGRAL + n]][i] - contact->value[mean_of[n]][i] * (now - begun);
+        contact->window[i] = ended;
+    }
+}
+
 void pass_windows(struct Contact *contact, int i, double begin, const double mean[MEANS])
 {
     const double length = window_length(contact, i), now = contact->value[VAR_TIME][i];

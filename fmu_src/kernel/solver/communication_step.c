@@ -43,6 +43,8 @@ static enum Status advance_by(const struct Configuration *w, struct Contact *con
         note_slip_now(contact, w);
     const enum Status status = advance_cycles(contact, w, step, stop_at_events, s, course);
     move_on(contact, s);
+    if (status != STATUS_OK)
+        return_to_window(contact);
     if (w->delays)
         note_slip_now(contact, w);
     *taken = s[0];
