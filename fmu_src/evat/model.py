@@ -102,7 +102,8 @@ class Variable:
     input must be given to whatever reads it (with others it is computed, or its start will do); empty: all. An input may be given outside
     its bounds by no more than `slack`: solvers and extrapolation miss a bound by as much. It then lies on the bound. A `difference` is one
     of two temperatures, to which no offset of a display unit is added. The value of a `reference` is a convention, at which other
-    parameters are said: nothing can be measured of it.
+    parameters are said: nothing can be measured of it. `prior_sd` is the standard deviation of an effect's parameter about `neutral` in
+    ordinary rigs, 0 where nobody says.
     """
 
     name: str
@@ -124,6 +125,7 @@ class Variable:
     slack: float = 0.0
     difference: bool = False
     reference: bool = False
+    prior_sd: float = 0.0
     index: int = -1
 
     @overload

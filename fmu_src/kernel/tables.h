@@ -27,6 +27,7 @@ struct Variable {
     int difference; /* of a temperature: a difference of two, to which no offset of a display unit is added */
     int reference; /* of a law's parameter: is its value a convention, at which others are said, and nothing to measure?
                     */
+    double prior_sd; /* of an effect's parameter: standard deviation about `neutral` in ordinary rigs; 0: nobody says */
 };
 
 /* Bit of a model's warnings that all models have. */

@@ -89,6 +89,7 @@ def test_the_table_tells_all(effect: Effect) -> None:
         assert math.isfinite(variable.max)
         assert variable.min < variable.max
         assert math.isnan(variable.neutral) or variable.min <= variable.neutral <= variable.max
+        assert variable.prior_sd == 0 or (variable.prior_sd > 0 and math.isfinite(variable.neutral))
     assert any(math.isfinite(variable.neutral) for variable in effect.variables)
     assert any(variable.start != variable.neutral for variable in effect.variables if math.isfinite(variable.neutral))  # on is not off
     assert all(rival in EFFECTS and effect.name in EFFECTS[rival].rivals for rival in effect.rivals)

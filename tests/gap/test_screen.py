@@ -22,6 +22,7 @@ from evat.inference.noise.estimate import estimate_noise
 from evat.inference.parameters import Parameter, Scales
 from evat.inference.prediction import Prediction
 from evat.model import Effect, FloatArray, Variable
+from evat.native import kernel
 from scipy.stats import multivariate_normal, qmc
 from toy import Toy, measured
 
@@ -67,6 +68,22 @@ def test_slopes_are_those_of_the_amplitude_that_was_tried_where_its_bound_is_nea
         assert a.sd > 0.6
         assert start.slopes[:, 0] == pytest.approx(a.sd * size, rel=1e-6, abs=1e-9)
         assert a.value(start.point[0]) == pytest.approx(0.4, rel=0.2)
+
+
+def test_an_amplitude_is_as_wide_as_rigs_have_it() -> None:
+    """Cross talk of 29 % stood in for friction that follows the load: a tenth of a small force was plausible."""
+    toy = Toy()
+    own = replace(Toy.effects[2].variables[0], prior_sd=0.05)
+    toy.effects = (*Toy.effects[:2], replace(Toy.effects[2], variables=(own,)))
+    toy.variables = (*Toy.variables[:-1], own)
+    prediction = Prediction(toy, measured(["lean"], {"lean.a": 0.1}))
+    predicted = prediction.one()
+    whitening = BandWhitening(prediction, estimate_noise(prediction, predicted), predicted)
+    base = fit(prediction, whitening, (), np.empty(0))
+    assert base is not None
+    starts = Screen(prediction, whitening, Scales(toy, prediction.experiment)).starts(base, toy.effects[2])
+    assert {start.parameters[0].sd for start in starts} == {0.05}
+    assert kernel.variable("cross_talk.feed_from_principal").prior_sd == 0.05
 
 
 @pytest.mark.parametrize(("count", "most", "chosen"), [(5, 8, [0, 1, 2, 3, 4]), (21, 3, [0, 10, 20]), (4, 3, [0, 2, 3])])

@@ -138,6 +138,7 @@ def read_table(
                 slack=bound_slack(index),
                 difference=bool(row.difference),
                 reference=bool(row.reference),
+                prior_sd=row.prior_sd,
                 index=index,
             )
         )

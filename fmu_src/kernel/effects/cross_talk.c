@@ -8,10 +8,10 @@ static const struct Variable variables[COUNT] = {
     [ON] = {.name = "cross_talk", SWITCH, .meaning = "switch: measured principal and feed force mix",
         .source = "definition"},
     [PRINCIPAL_FROM_FEED] = {.name = "cross_talk.principal_from_feed", .unit = "1", .start = 0.02, .min = -1, .max = 1,
-        TUNED, .meaning = "share of feed_force that shows in measured_principal_force; 0: none",
+        TUNED, .prior_sd = 0.05, .meaning = "share of feed_force that shows in measured_principal_force; 0: none",
         .source = "guess: 2 % is ordinary for piezoelectric dynamometers"},
     [FEED_FROM_PRINCIPAL] = {.name = "cross_talk.feed_from_principal", .unit = "1", .start = 0.02, .min = -1, .max = 1,
-        TUNED, .meaning = "share of principal_force that shows in measured_feed_force; 0: none",
+        TUNED, .prior_sd = 0.05, .meaning = "share of principal_force that shows in measured_feed_force; 0: none",
         .source = "guess: 2 % is ordinary for piezoelectric dynamometers"},
 };
 /* clang-format on */

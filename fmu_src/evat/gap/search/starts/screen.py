@@ -190,7 +190,8 @@ class Screen:
                 return rms
 
             least = self.scales.amplitude(variable) * CONSTANTS.first_probe
-            spreads[variable.name] = plausible_amplitudes(sizes, least, variable.max - variable.neutral, len(points))
+            plausible = plausible_amplitudes(sizes, least, variable.max - variable.neutral, len(points))
+            spreads[variable.name] = np.minimum(plausible, variable.prior_sd or np.inf)
             if sine_of(unknown) is not None:  # one amplitude for both components
                 spreads[variable.name] = np.repeat(np.fmin(spreads[variable.name][::2], spreads[variable.name][1::2]), 2)
         self._probed[key] = spreads
