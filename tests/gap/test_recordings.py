@@ -75,6 +75,19 @@ def test_a_recording_with_its_sign_turned_is_named() -> None:
     assert refused == ["11.csv: F runs against the model where it runs with it in the other recordings; check its sign"]
 
 
+def test_a_force_that_stays_on_one_side_has_its_sign() -> None:
+    """Cuts of one thickness, in which heat had the force fall where the model has it rise, were refused."""
+    made = measured(conditions=4)
+    aside = [
+        replace(trial, inputs={"x": trial.inputs["x"] + 20}, outputs={"F": trial.outputs["F"] + 20 * Toy.variables[2].start})
+        for trial in made.trials
+    ]
+    force = aside[4].outputs["F"]
+    aside[4] = replace(aside[4], outputs={"F": 2 * force.mean() - force})
+    refused, _ = told(replace(made, trials=tuple(aside)))
+    assert not [why for why in refused if "check its sign" in why]
+
+
 @pytest.mark.parametrize(("by", "how"), [(50, "50 samples later"), (-30, "30 samples earlier")])
 def test_a_repeat_that_is_out_of_step_is_named(by: int, how: str) -> None:
     refused, _ = told(changed(4, lambda force: np.roll(force, by)))

@@ -42,10 +42,13 @@ def clipped_share(measured: FloatArray) -> float:
 
 
 def _turned(prediction: Prediction, predicted: FloatArray, own: list[Segment]) -> list[str]:
-    """Recordings that run against the model where the others run with it."""
+    """Recordings that run against the model where the others run with it, and are on the other side of zero: of a force that stays on one
+    side the little that it varies may go by what the model lacks."""
     runs = {segment.trial: _alike(prediction.measured[segment.at], predicted[segment.at]) for segment in own}
     usual = float(np.median(list(runs.values())))
+    beyond = {segment.trial for segment in own if float(prediction.measured[segment.at] @ predicted[segment.at]) < 0}
     against = [trial for trial, alike in runs.items() if alike < -CONSTANTS.clearly_alike < CONSTANTS.clearly_alike < usual]
+    against = [trial for trial in against if trial in beyond]
     files = [prediction.experiment.trials[trial].file for trial in against]
     if not files:
         return []
