@@ -236,6 +236,18 @@ def test_where_every_model_moves_a_value_far_the_owner_was_too_sure() -> None:
     assert judge(replace(seen, shift=12.0, shifts={BEND: 1.0, leans: 10.0}), Constants()).chosen == BEND
 
 
+def test_an_effect_of_a_size_that_rigs_do_not_have_is_as_little_credible() -> None:
+    """Cross talk of 25 % was named for an edge force beside friction that follows the load."""
+    toy = Toy()
+    own = replace(Toy.effects[0].variables[0], prior_sd=0.05)
+    toy.effects = (replace(Toy.effects[0], variables=(own,)), *Toy.effects[1:])
+    toy.variables = (*Toy.variables[:3], own, *Toy.variables[4:])
+    _, comparison = diagnose_with(measured(["bend"], {"bend.c": 0.4}), toy)
+    seen = observed(comparison)
+    assert seen.shifts[BEND] == pytest.approx(8.0, rel=0.1)
+    assert seen.shifts[Hypothesis(("lean",))] < 2
+
+
 def test_a_special_case_is_named_where_the_general_effect_shows_no_more() -> None:
     """An edge force had as much probability as a least chip thickness that no cut came near, and neither was named."""
     seen = features(30, {"bend": (402, 0.02), "lean": (400, 0.02)}, exact=-50)

@@ -97,8 +97,11 @@ def shift(comparison: Comparison, fit: Fit) -> dict[str, float]:
 
 
 def largest_shift(comparison: Comparison, fit: Fit) -> float:
-    """How far it moves a nominal value at most, in that value's standard deviations."""
-    return max(map(abs, shift(comparison, fit).values()), default=0.0)
+    """How far it moves at most a nominal value, or a parameter of its effects of which one knows how large it is in ordinary rigs, in
+    standard deviations."""
+    own = [v for effect in comparison.prediction.model.effects if effect.name in fit.on for v in effect.variables if v.prior_sd > 0]
+    sizes = [(float(fit.values[v.name]) - v.neutral) / v.prior_sd for v in own if v.name in fit.values]
+    return max(map(abs, [*shift(comparison, fit).values(), *sizes]), default=0.0)
 
 
 def shifted(comparison: Comparison, fit: Fit) -> tuple[str, ...]:
