@@ -111,6 +111,7 @@ def test_random_calls_break_nothing(workshop: Workshop, part: str) -> None:
     [
         (606842, 66845),  # a gap at the oldest cycle that is kept: the place before a ring's first was read
         (880417, 6976),  # a step of 1e9 s that ended 19 cycles late, at a point that was kept for another
+        (661127, 48233),  # a saved past with forces at a time of -1.8e308 s that were no numbers, which was refused then
     ],
 )
 def test_sequences_that_broke_something_do_no_longer(workshop: Workshop, seed: int, sequence: int) -> None:

@@ -80,12 +80,18 @@ void remember(struct Contact *contact, const struct Configuration *w, int lane, 
 }
 
 /* Straight from the end of the last step; from here on where the host has gone back. */
+/* Not where forces are no numbers any more: a host may go on from a state before. A time that lies too far from the
+ * last for their distance to be a number begins anew. */
 void remember_host_step(struct Contact *contact, const struct Configuration *w, int lane, const struct Point *x)
 {
+    for (int k = 0; k < CHANNELS; ++k)
+        if (!(fabs((*forces_of(x, k))[lane]) < INFINITY))
+            return;
     struct Reel reel = forces_reel(contact, w, lane, x->t[lane]);
     double force[CHANNELS][3];
     ring_cut(&reel, x->t[lane]);
     const int64_t count = ring_count(&contact->past, lane);
+    const double from = count > 0 ? piece_end(&reel.pieces, count - 1) : x->t[lane];
     for (int k = 0; k < CHANNELS; ++k) {
         const double now = (*forces_of(x, k))[lane], last = count > 0 ? piece_end(&reel.pieces, count - 1) : INFINITY;
         const double before = last < x->t[lane] ? piece_nodes(&reel.pieces, count - 1, k)[NODES - 1][lane] : now;
@@ -94,7 +100,7 @@ void remember_host_step(struct Contact *contact, const struct Configuration *w, 
         force[k][2] = now;
     }
     allow(contact, &reel);
-    ring_append(&reel, count > 0 ? piece_end(&reel.pieces, count - 1) : x->t[lane], x->t[lane], force);
+    ring_append(&reel, x->t[lane] - from < INFINITY ? from : x->t[lane], x->t[lane], force);
 }
 
 static void forces_at_point(const struct Point *x, int lane, double force[CHANNELS])
