@@ -79,9 +79,9 @@ void remember(struct Contact *contact, const struct Configuration *w, int lane, 
     ring_append(&reel, end->t[lane] - h, end->t[lane], force);
 }
 
-/* Straight from the end of the last step; from here on where the host has gone back. */
-/* Not where forces are no numbers any more: a host may go on from a state before. A time that lies too far from the
- * last for their distance to be a number begins anew. */
+/* Straight from the end of the last step; from here on where the host has gone back, and where the last lies too far
+ * away for the distance to be a number. Forces that are no numbers are not kept: a host may go on from a state before.
+ */
 void remember_host_step(struct Contact *contact, const struct Configuration *w, int lane, const struct Point *x)
 {
     for (int k = 0; k < CHANNELS; ++k)

@@ -46,9 +46,8 @@ def _turned(prediction: Prediction, predicted: FloatArray, own: list[Segment]) -
     side the little that it varies may go by what the model lacks."""
     runs = {segment.trial: _alike(prediction.measured[segment.at], predicted[segment.at]) for segment in own}
     usual = float(np.median(list(runs.values())))
-    beyond = {segment.trial for segment in own if float(prediction.measured[segment.at] @ predicted[segment.at]) < 0}
-    against = [trial for trial, alike in runs.items() if alike < -CONSTANTS.clearly_alike < CONSTANTS.clearly_alike < usual]
-    against = [trial for trial in against if trial in beyond]
+    beyond = [segment.trial for segment in own if float(prediction.measured[segment.at] @ predicted[segment.at]) < 0]
+    against = [trial for trial in beyond if runs[trial] < -CONSTANTS.clearly_alike < CONSTANTS.clearly_alike < usual]
     files = [prediction.experiment.trials[trial].file for trial in against]
     if not files:
         return []

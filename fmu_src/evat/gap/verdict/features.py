@@ -24,10 +24,9 @@ class Features:
     model, both with set-up errors; `gain[hypothesis]`, the same of a hypothesis; `left[hypothesis]`, its share of the recalibrated model's
     structural squares; `held_out[hypothesis]`, the share that it leaves on conditions left out of its fit, as far as that is sure;
     `doubts[hypothesis]`, reasons why its fit is not credible; `shift` and `shifts[hypothesis]`, how far the recalibrated model and each
-    hypothesis move a nominal value at most, or a parameter whose size in ordinary rigs is known, in its standard deviations; `numbers`, how
-    many were measured;
-    `one_family[hypothesis]`, whether an effect of the measurement stands in it beside another of its family; `general[hypothesis]`, how
-    many of its effects have a special case that was compared, too."""
+    hypothesis move a nominal value at most, or a parameter whose size in ordinary rigs is known, in its standard deviations; `numbers`,
+    how many were measured; `one_family[hypothesis]`, whether an effect of the measurement stands in it beside another of its family;
+    `general[hypothesis]`, how many of its effects have a special case that was compared, too."""
 
     nominal: Mapping[str, float]
     recalibrated: Mapping[str, float]
