@@ -41,14 +41,13 @@ static void note_before(const struct Configuration *w, const struct Point *end, 
         memcpy(before->state, end->state, sizeof before->state);
 }
 
-/* How far a pass has moved what it repeats for, in units of what is allowed: the deflection, and where forces feed back
- * these, at the middle as well as at the end: as much of it as comes back. */
+/* How far a pass has moved what it repeats for, in units of what is allowed: the deflection, where the slip is solved
+ * for, and where forces feed back these, at the middle as well as at the end: as much of it as comes back. */
 static double moved(const struct Configuration *w, const struct Point *x, const struct PassBefore *before,
                     const struct Passes *passes, double gain, int i)
 {
-    const int bent = w->current_angle || w->bends || w->yields;
     const double allowed = 1e-3 * w->p[VAR_RELATIVE_TOLERANCE][i];
-    const double of_z = bent ? fabs(x->z[i] - before->z[i]) / (allowed * larger(fabs(x->z[i]), 1e-300)) : 0;
+    const double of_z = w->current_angle ? fabs(x->z[i] - before->z[i]) / (allowed * larger(fabs(x->z[i]), 1e-300)) : 0;
     if (!w->feedback)
         return follows_slip(w, i) ? larger(of_z, moved_states(allowed, x, before->state, i)) : of_z;
     return passes->astray[i] || !(gain < INFINITY) ? INFINITY : larger(of_z, gain * passes->miss[i] / enough(w, x, i));
@@ -144,49 +143,6 @@ static void bend(const struct Configuration *w, const lanes h, const struct Poin
                      difference);
 }
 
-/* All stages there, and from their rates the bristle's new z. */
-static INLINED void pass(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h,
-                         const struct Point *start, struct Point *middle, struct Point *end, lanes difference)
-{
-    if (!w->held)
-        open_step(contact, w, s, h, start, middle, end);
-    bend(w, h, start, middle, end, difference);
-    if (w->iterates && !w->feedback)
-        return;
-    close_point(contact, w, 1, middle);
-    close_point(contact, w, 1, end);
-}
-
-/* z after t at the rate that is linearised at the start, which out of contact has no dz of its own. Where the level
- * vanishes with the load a bristle may follow it faster than the shortest step, and bends no further than it. */
-static double led_on(int relaxes, const struct Point *start, int i, double t)
-{
-    const double D = relaxes ? t * start->rate[i] : 0, z = start->z[i];
-    double I[3];
-    moments(D, I);
-    const double dz = start->drive[i] - start->rate[i] * z, moved = z + t * dz * (D > 0 ? I[0] / D : 1);
-    const double bound = relaxes ? larger(reach_of(start, i), fabs(z)) : INFINITY;
-    return larger(smaller(moved, bound), -bound);
-}
-
-/* Where a slip that is solved for jumps, or begins at an edge where force and load are both 0, rates before and behind
- * go into no step: the shortest of steps go straight on from their start. */
-static void go_straight(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h,
-                        const int brief[LANES], const struct Point *start, struct Point *middle, struct Point *end)
-{
-    struct Point half = *start, whole = *start;
-    for (int i = 0; i < LANES; ++i) {
-        half.z[i] = led_on(w->law->relaxes, start, i, 0.5 * h[i]);
-        whole.z[i] = led_on(w->law->relaxes, start, i, h[i]);
-    }
-    open_step(contact, w, s, h, start, &half, &whole);
-    close_point(contact, w, 1, &half);
-    close_point(contact, w, 1, &whole);
-    move_states(w, DRIVEN_BY_FORCE, h, start, &half, &whole);
-    copy_points(middle, &half, brief);
-    copy_points(end, &whole, brief);
-}
-
 /* The bristle's new z again, from rates that go by the z of the pass before. Nothing else there depends on it. */
 static void bend_again(const struct Configuration *w, const lanes h, const struct Point *start, struct Point *middle,
                        struct Point *end, lanes difference)
@@ -194,12 +150,6 @@ static void bend_again(const struct Configuration *w, const lanes h, const struc
     bend_point(w, middle);
     bend_point(w, end);
     bristle_step(w->law->relaxes, 1, h, start, middle, end, middle->z, end->z, difference);
-}
-
-/* How much comes back of what a first pass misses, where that is asked. */
-static double first_gain(const struct Feedback *known, double h, int i)
-{
-    return known && known->first_may_do && known->predicted[i] != 0 ? loop_gain(known, h, i) : INFINITY;
 }
 
 /* Passes in which none has come closer by a tenth than one before: it goes round, as where the slip jumps. */
@@ -241,10 +191,10 @@ static int all_done(const struct Settling *x)
     return all;
 }
 
-/* Where rates go by the deflection: passes from z to rates to z. `difference` is infinite where they have not settled
- * on one. */
-static void settle_rates(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h,
-                         const struct Point *start, struct Point *middle, struct Point *end, lanes difference)
+/* Where rates go by the deflection: from z to rates to z, all else standing. `difference` is infinite where they have
+ * not settled on one. */
+static void settle_deflection(const struct Configuration *w, const lanes h, const struct Point *start,
+                              struct Point *middle, struct Point *end, lanes difference)
 {
     struct Settling at;
     struct {
@@ -258,7 +208,7 @@ static void settle_rates(const struct Contact *contact, const struct Configurati
             rates_of.end[i] = chosen_of(at.done[i], rates_of.end[i], end->z[i]);
         }
         if (n == 0)
-            pass(contact, w, s, h, start, middle, end, difference);
+            bend(w, h, start, middle, end, difference);
         else
             bend_again(w, h, start, middle, end, difference);
         EACH_LANE {
@@ -282,6 +232,67 @@ static void settle_rates(const struct Contact *contact, const struct Configurati
     }
     EACH_LANE
         difference[i] = at.settled[i] ? shown[i] : INFINITY;
+}
+
+/* All stages there, and from their rates the bristle's new z. */
+static INLINED void pass(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h,
+                         const struct Point *start, struct Point *middle, struct Point *end, lanes difference)
+{
+    if (!w->held)
+        open_step(contact, w, s, h, start, middle, end);
+    if (w->feedback && !w->current_angle && (w->yields || w->bends))
+        settle_deflection(w, h, start, middle, end, difference);
+    else
+        bend(w, h, start, middle, end, difference);
+    if (w->iterates && !w->feedback)
+        return;
+    close_point(contact, w, 1, middle);
+    close_point(contact, w, 1, end);
+}
+
+/* z after t at the rate that is linearised at the start, which out of contact has no dz of its own. Where the level
+ * vanishes with the load a bristle may follow it faster than the shortest step, and bends no further than it. */
+static double led_on(int relaxes, const struct Point *start, int i, double t)
+{
+    const double D = relaxes ? t * start->rate[i] : 0, z = start->z[i];
+    double I[3];
+    moments(D, I);
+    const double dz = start->drive[i] - start->rate[i] * z, moved = z + t * dz * (D > 0 ? I[0] / D : 1);
+    const double bound = relaxes ? larger(reach_of(start, i), fabs(z)) : INFINITY;
+    return larger(smaller(moved, bound), -bound);
+}
+
+/* Where a slip that is solved for jumps, or begins at an edge where force and load are both 0, rates before and behind
+ * go into no step: the shortest of steps go straight on from their start. */
+static void go_straight(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h,
+                        const int brief[LANES], const struct Point *start, struct Point *middle, struct Point *end)
+{
+    struct Point half = *start, whole = *start;
+    for (int i = 0; i < LANES; ++i) {
+        half.z[i] = led_on(w->law->relaxes, start, i, 0.5 * h[i]);
+        whole.z[i] = led_on(w->law->relaxes, start, i, h[i]);
+    }
+    open_step(contact, w, s, h, start, &half, &whole);
+    close_point(contact, w, 1, &half);
+    close_point(contact, w, 1, &whole);
+    move_states(w, DRIVEN_BY_FORCE, h, start, &half, &whole);
+    copy_points(middle, &half, brief);
+    copy_points(end, &whole, brief);
+}
+
+/* How much comes back of what a first pass misses, where that is asked. */
+static double first_gain(const struct Feedback *known, double h, int i)
+{
+    return known && known->first_may_do && known->predicted[i] != 0 ? loop_gain(known, h, i) : INFINITY;
+}
+
+/* Where rates go by the deflection, and forces move nothing. */
+static void settle_rates(const struct Contact *contact, const struct Configuration *w, const lanes s, const lanes h,
+                         const struct Point *start, struct Point *middle, struct Point *end, lanes difference)
+{
+    if (!w->held)
+        open_step(contact, w, s, h, start, middle, end);
+    settle_deflection(w, h, start, middle, end, difference);
     close_point(contact, w, 1, middle);
     close_point(contact, w, 1, end);
 }
