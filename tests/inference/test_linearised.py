@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from evat.gap import diagnose_with
+from evat.inference.hypothesis import Hypothesis
 from evat.inference.parameters import at_usual_references, form_parameters
 from evat.inference.prediction import Linearised, Prediction
 from evat.models.contact import ContactModel
@@ -76,6 +77,20 @@ def test_a_power_of_viscous_friction_is_said_at_the_speed_of_the_record() -> Non
     assert "lugre.viscous_reference" not in comparison.recalibrated.values
     stated = replace(made, nominal=replace(made.nominal, values={**made.nominal.values, "lugre.viscous_reference": 0.5}))
     assert at_usual_references(MODEL, stated).nominal.values["lugre.viscous_reference"] == 0.5
+
+
+def test_a_power_of_viscous_friction_acts_once_that_is_there() -> None:
+    """Nominal: none. Its power does nothing then, and where it was held at 1 friction of a lower power was said to follow rate and state."""
+    made = measured(truth={"lugre.viscous_exponent": 0.55, "lugre.viscous_reference": 0.03, "sigma2": 90.0}, nominal={"sigma2": 0.0})
+    few = ContactModel(threads=1)
+    few.effects = tuple(effect for effect in few.effects if effect.name in ("direction_asymmetry", "rate_and_state", "viscous_friction"))
+    answer, comparison = diagnose_with(made, few)
+    exponent = "lugre.viscous_exponent"
+    assert exponent not in comparison.recalibrated.values
+    assert exponent not in {each.parameter.name for each in comparison.prediction.linearised}
+    assert [effect.name for effect in answer.effects] == ["viscous_friction"]
+    assert float(comparison.models[Hypothesis(("viscous_friction",))].values[exponent]) == pytest.approx(0.55, abs=0.1)
+    assert exponent not in comparison.models[Hypothesis(("rate_and_state",))].values
 
 
 def test_bristles_that_yield_late_are_another_form_of_the_law() -> None:

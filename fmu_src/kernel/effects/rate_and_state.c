@@ -16,11 +16,11 @@ static const struct Variable variables[COUNT] = {
         .meaning = "switch: friction follows the logarithm of the slip speed, in part at once and in part over a distance",
         .source = "Dieterich 1979; slip law: Ruina 1983 (neither read; as in rsfmodel)"},
     [A] = {.name = "rate_and_state.a", .unit = "1", .start = 0.02, .min = 0, .max = 1, TUNED,
-        .meaning = "direct effect: rise of F_C and F_S per natural logarithm of the speed, as a share; 0: none",
-        .source = "Marone 1998 (not read): 0.005 to 0.015 of mu = 0.6"},
+        .prior_sd = 0.1, .meaning = "direct effect: rise of F_C and F_S per natural logarithm of the speed, as a share; 0: none",
+        .source = "Marone 1998 (not read): 0.005 to 0.015 of mu = 0.6; beyond rock a guess: four times that"},
     [B] = {.name = "rate_and_state.b", .unit = "1", .start = 0.04, .min = 0, .max = 1, TUNED,
-        .meaning = "evolution effect: loss of them per natural logarithm of the remembered speed; 0: none; steady "
-            "friction falls with speed where it is above a", .source = "Marone 1998 (not read): of the order of a"},
+        .prior_sd = 0.1, .meaning = "evolution effect: loss of them per natural logarithm of the remembered speed; 0: "
+            "none; steady friction falls with speed where it is above a", .source = "Marone 1998 (not read): of the order of a"},
     [V_0] = {.name = "rate_and_state.v_0", .unit = "m/s", .display_unit = "m/min", .start = 1e-4, .min = 1e-9, .max = 10,
         .nominal = 1e-4, SHAPE, TUNED, .meaning = "slip speed from which the logarithms grow; far below it F_C and F_S hold",
         .source = "guess; Dieterich 1979 (not read) has such a bound at small speeds"},
@@ -81,6 +81,7 @@ const struct Effect effect_rate_and_state = {
     .equation = "F_C, F_S scaled by 1 + a ln(1 + |v|/v_0) - b memory, d memory/dt = |v|/d_c (ln(1 + |v|/v_0) - memory)",
     .signature = "a step of the slip speed shows as a peak that decays over a distance, not over a time; steady friction "
         "changes by equal steps per decade of speed",
+    .special_cases = "viscous_friction", /* of a power below 1, where nothing is seen to evolve */
     .family = "state",
     .stage = STAGE_FRICTION, .driver = DRIVEN_BY_MOTION, .states = 1, .forgets = 1, .settles = 1,
     .act = follow_speed, .move = move, .rate = rate,

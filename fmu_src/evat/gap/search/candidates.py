@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from evat.gap.search.starts.screen import Screen, Start
 from evat.inference.band_whitening import BandWhitening
-from evat.inference.fit import Fit
+from evat.inference.fit import Fit, fit
 from evat.inference.hypothesis import Hypothesis
-from evat.inference.parameters import Scales
+from evat.inference.parameters import Parameter, Scales, form_parameters
 from evat.inference.prediction import Prediction
 from evat.model import Effect, FloatArray, Model
 
@@ -44,6 +46,23 @@ class Candidates:
     def without_effects(self) -> float:
         """Log evidence of the recalibrated model."""
         return self.recalibrated.likelihood.evidence
+
+    def fit_beside(self, base: Fit, start: Start, point: FloatArray, on: Sequence[str]) -> Fit | None:
+        """The best point of an effect beside a fit, near `point` (p,) of the parameters of both; None where the model does not run."""
+        shapes = self._shapes_beside(base, start, on)
+        whole = np.append(point, np.zeros(len(shapes)))
+        fixed = {**base.fixed, **start.fixed}
+        return fit(self.prediction, self.whitening, (*base.parameters, *start.parameters, *shapes), whole, on, fixed=fixed)
+
+    def _shapes_beside(self, base: Fit, start: Start, on: Sequence[str]) -> tuple[Parameter, ...]:
+        """Shapes of the law that do nothing in the nominal model and something once the effect is there, as a viscous exponent does where
+        the nominal model knows no viscous friction: they are as little known then as those of the nominal model."""
+        fitted = {parameter.name for parameter in base.parameters}
+        idle = [p for p in form_parameters(self.prediction.model, self.prediction.experiment) if p.name not in fitted]
+        own = {p.name: p.value(float(u)) for p, u in zip(start.parameters, start.point, strict=True)}
+        values, probe = {**base.values, **start.fixed, **own}, self.screen.probe
+        as_usual = probe.one(values, on) if idle else np.zeros(0)
+        return tuple(p for p in idle if np.any(np.nan_to_num(probe.one({**values, p.name: p.value(1.0)}, on) - as_usual)))
 
 
 def allowed(model: Model, effects: Sequence[str]) -> bool:

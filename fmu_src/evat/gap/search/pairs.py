@@ -13,7 +13,7 @@ from evat.gap.search.form import without
 from evat.gap.search.nested import at_least
 from evat.gap.search.starts.linear import linear_fit
 from evat.gap.search.starts.screen import Start
-from evat.inference.fit import Fit, fit
+from evat.inference.fit import Fit
 from evat.inference.hypothesis import NOMINAL, Hypothesis
 from evat.model import Effect, FloatArray
 
@@ -91,8 +91,7 @@ def _fit_promising(candidates: Candidates, merit: Merit) -> None:
 
 
 def _fit_beside(candidates: Candidates, key: Hypothesis, base: Fit, start: Start, point: FloatArray) -> None:
-    parameters = (*base.parameters, *start.parameters)
-    whole = fit(candidates.prediction, candidates.whitening, parameters, point, key.effects, fixed={**base.fixed, **start.fixed})
+    whole = candidates.fit_beside(base, start, point, key.effects)
     if whole is not None:
         candidates.models[key] = at_least(candidates.prediction, candidates.whitening, whole, base)
 

@@ -83,8 +83,7 @@ def _fit_promising(candidates: Candidates) -> None:
         if rough[Hypothesis((name,))] < hopeless and place > 1:
             break
         start, point = candidates.fronts[name]
-        parameters = (*recalibrated.parameters, *start.parameters)
-        whole = fit(candidates.prediction, candidates.whitening, parameters, point, (name,), fixed=start.fixed)
+        whole = candidates.fit_beside(recalibrated, start, point, (name,))
         if whole is not None:
             candidates.models[Hypothesis((name,))] = at_least(candidates.prediction, candidates.whitening, whole, recalibrated)
 
@@ -107,11 +106,14 @@ def _fit_from_nominal_values(candidates: Candidates, effects: Sequence[Effect]) 
     models, rough = candidates.models, candidates.rough
     for name in sorted(begins, key=lambda each: -begins[each].evidence)[: CONSTANTS.fits_from_nominal_values]:
         start, key = begins[name], Hypothesis((name,))
-        point = np.concatenate([base.point, start.point])
-        whole = fit(prediction, whitening, (*recalibrated.parameters, *start.parameters), point, (name,), fixed=start.fixed)
+        whole = candidates.fit_beside(base, start, np.concatenate([base.point, start.point]), (name,))
         before = models[key].likelihood.evidence if key in models else rough[key]
         if whole is not None and whole.likelihood.evidence > before:
-            models[key], rough[key], candidates.fronts[name] = whole, whole.likelihood.evidence, (start, whole.point)
+            models[key], rough[key], candidates.fronts[name] = (
+                whole,
+                whole.likelihood.evidence,
+                (start, whole.point[: base.point.size + start.point.size]),
+            )
 
 
 def _leaves_a_gap(candidates: Candidates) -> bool:
