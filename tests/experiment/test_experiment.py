@@ -888,6 +888,9 @@ def test_check_says_how_well_all_is_known_and_how_often_it_was_measured(tmp_path
     rig = shown(folder(tmp_path / "rig", toml))
     assert "2 conditions, 1 of them measured 2 times" in rig
     assert "values are known (standard deviation) to 20 %: F_C; to 10 %: " in rig
+    vague = shown(folder(tmp_path / "vague", toml.replace("F_C = 0.2", "F_C = 12.5")))
+    assert "values are known (standard deviation) to 1250 %: F_C; to 10 %: " in vague
+    assert "bristles begin free, bent anyhow; " in vague
     assert "set-up is known (standard deviation) of friction_force to: gain 3 %, zero 0.5 N, clock 0.002 s" in rig
     table = shown(means_folder(tmp_path / "means"))
     assert "none of them repeated" in table

@@ -80,7 +80,7 @@ def test_a_power_of_viscous_friction_is_said_at_the_speed_of_the_record() -> Non
 
 
 def test_a_power_of_viscous_friction_acts_once_that_is_there() -> None:
-    """Nominal: none. Its power does nothing then, and where it was held at 1 friction of a lower power was said to follow rate and state."""
+    """Nominal: none, and its power does nothing. Where that was held at 1, friction of a lower power was said to follow rate and state."""
     made = measured(truth={"lugre.viscous_exponent": 0.55, "lugre.viscous_reference": 0.03, "sigma2": 90.0}, nominal={"sigma2": 0.0})
     few = ContactModel(threads=1)
     few.effects = tuple(effect for effect in few.effects if effect.name in ("direction_asymmetry", "rate_and_state", "viscous_friction"))

@@ -146,7 +146,8 @@ def _nominal(document: Document) -> str:
     source = f" (with the set {nominal.parameters})" if nominal.parameters else ""
     moves = document.inertia
     taken = "" if moves is None else f"; off the friction force goes what moves: {moves.mass:g} kg, {moves.load:g} N of load"
-    begin = f"; bristles begin {nominal.initial_bristle}" if document.trials else ""
+    bent = {"free": "free, bent anyhow", "relaxed": "relaxed", "slid_in": "slid in, bent by what came before"}[nominal.initial_bristle]
+    begin = f"; bristles begin {bent}" if document.trials else ""
     effects = ", ".join(nominal.effects) or "none"
     return f"nominal model{source}: {values}; effects on: {effects}{taken}{begin}; all else as the component starts"
 

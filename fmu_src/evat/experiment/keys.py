@@ -80,7 +80,7 @@ TABLES: dict[str, tuple[Key, ...]] = {
     ),
     "[setup_sd.NAME]": (
         Key("gain", "number", "0.01", "standard deviation of its gain; 0 is exact"),
-        Key("zero", "number", "0.01 of its root mean square", "of its zero, in the signal's unit"),
+        Key("zero", "number", "0.01 of its root mean square", "of its zero, in the unit of the column, times scale as that is"),
         Key("clock", "number", "one sample", "of its lag, in the unit of the time; identify tells what it may move, and takes it for 0"),
         Key(
             "clock_drift",
@@ -98,7 +98,7 @@ TABLES: dict[str, tuple[Key, ...]] = {
             "all",
             "only the rows in which these columns of the file have these values: a counter of runs",
         ),
-        Key("values", "table of numbers", "", "SI, what this trial was run at; sliding_distance: how far the contact had slid before it"),
+        Key("values", "table of numbers", "", "SI, exact: what it was run at; sliding_distance: how far the contact had slid before"),
         Key("noise_sd", "table of numbers", "that of repeats", "SI, by output: standard deviation of a sample's noise, where it is known"),
     ),
     "[means]": (

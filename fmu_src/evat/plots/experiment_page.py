@@ -105,6 +105,11 @@ def conditions_told(scan: Scan) -> str:
     return f"{told}, {whose} {often} times"
 
 
+def _known_to(share: float) -> str:
+    percent = 100 * share
+    return f"to {percent:.0f} %" if percent >= 100 else f"to {percent:.3g} %" if share else "exactly"
+
+
 def values_known(document: Document) -> str:
     """How well the owner knows the nominal values: those of each relative standard deviation, the least known first."""
     nominal, shares = document.nominal, dict[float, list[str]]()
@@ -114,7 +119,7 @@ def values_known(document: Document) -> str:
             stays = value == 0 or known.variability != "tunable" or known.reference
             share = 0.0 if stays else nominal.relative_sd.get(name, nominal.default_relative_sd)
             shares.setdefault(share, []).append(name)
-    told = [f"{f'to {100 * share:.3g} %' if share else 'exactly'}: {', '.join(shares[share])}" for share in sorted(shares, reverse=True)]
+    told = [f"{_known_to(share)}: {', '.join(shares[share])}" for share in sorted(shares, reverse=True)]
     return f"values are known (standard deviation) {'; '.join(told)}" if told else ""
 
 
