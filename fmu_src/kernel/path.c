@@ -49,7 +49,7 @@ void shape_at(struct Turn *t, int i)
     t->shape[3][i] = (slope - 4 * value) / (cube * middle);
 }
 
-static inline double from_the_end(double X, const struct Turn *t, int i)
+static INLINED double from_the_end(double X, const struct Turn *t, int i)
 {
     const double top = t->r[i] * t->last[i] + t->bend[i], s = sqrt(2 * larger(top - fabs(X), 0) / t->bend[i]);
     const double chi =
@@ -58,7 +58,7 @@ static inline double from_the_end(double X, const struct Turn *t, int i)
 }
 
 /* One step on, and cosine and sine there by those of the place before. Is it close? */
-static inline int nearer(double X, double r, double last, double *low, double *high, double *chi, double *cosine,
+static INLINED int nearer(double X, double r, double last, double *low, double *high, double *chi, double *cosine,
                          double *sine)
 {
     const int inside = (*chi > *low) & (*chi < *high);
