@@ -183,20 +183,20 @@ double slip_lead(const struct Configuration *w, int lane);
 /* linear_response.c: exact answers of linear states to a drive that is a parabola over the step, through u at start,
  * middle and end. first_order_response: dy/dt = (u - y)/T after half and whole of h; second_order_responses: d2y/dt2 =
  * w^2 (u - y) - 2 zeta w dy/dt for y and its rate. */
-void first_order_response(double h, double T, double u_0, double u_m, double u_1, double y, double *half,
-                          double *whole);
+void first_order_response(const lanes h, const lanes T, const lanes u_0, const lanes u_m, const lanes u_1,
+                          const lanes y, lanes half, lanes whole);
 enum { OF_PLACE, OF_SPEED };
 struct Oscillators { /* two of one frequency and damping */
-    double start[2], middle[2], end[2]; /* u of each, */
-    double at[2][2]; /* and its place and speed at the start */
+    lanes start[2], middle[2], end[2]; /* u of each, */
+    lanes at[2][2]; /* and its place and speed at the start */
 };
-void second_order_responses(double h, double w, double zeta, const struct Oscillators *oscillators, double half[2][2],
-                            double whole[2][2]);
+void second_order_responses(const lanes h, const lanes w, const lanes zeta, const struct Oscillators *oscillators,
+                            lanes half[2][2], lanes whole[2][2]);
 /* The same of a sensor: what stands for the middle gives the mean by Simpson's rule. */
-void first_order_response_in_mean(double h, double T, double u_0, double u_m, double u_1, double y, double *half,
-                                  double *whole);
-void second_order_responses_in_mean(double h, double w, double zeta, const struct Oscillators *oscillators,
-                                    double half[2][2], double whole[2][2]);
+void first_order_response_in_mean(const lanes h, const lanes T, const lanes u_0, const lanes u_m, const lanes u_1,
+                                  const lanes y, lanes half, lanes whole);
+void second_order_responses_in_mean(const lanes h, const lanes w, const lanes zeta, const struct Oscillators *o,
+                                    lanes half[2][2], lanes whole[2][2]);
 
 /* path.c: r = v_c / (a w), the phase of y where the tool is fastest, b / a; and beyond that where angles are sought
  * from, of an ellipse that is asked for many. */
@@ -520,6 +520,8 @@ void solve_linear(int count, double A[UNKNOWNS][UNKNOWNS], double x[UNKNOWNS]);
 
 /* integrate.c: I[k] = integral from 0 to D of e^-(D - A) A^k dA, D >= 0. */
 void moments(double D, double I[3]);
+/* The same of all lanes at M and D, M <= D. */
+void moments_in_lanes(const lanes M, const lanes D, lanes to_M[3], lanes to_D[3]);
 /* integrate.c: bristle deflection after half and after the whole of h, from the rates at start, middle and end; and the
  * change that a lower order would have made of the end (for the choice of step). relaxes: by exponentials, else by
  * Simpson's rule; clip: |z| is bounded by the largest target. */

@@ -38,9 +38,7 @@ static void shrink(const lanes *p, const lanes *state, struct Point *x)
 static void move(const lanes *p, const lanes h, const struct Point *a, const struct Point *m, const struct Point *b,
                  const lanes *from, lanes *half, lanes *whole)
 {
-    EACH_LANE
-        first_order_response(h[i], p[RESPONSE_TIME][i], a->F_p[i], m->F_p[i], b->F_p[i], from[0][i], &half[0][i],
-                             &whole[0][i]);
+    first_order_response(h, p[RESPONSE_TIME], a->F_p, m->F_p, b->F_p, from[0], half[0], whole[0]);
 }
 
 static void rate(const lanes *p, const struct Point *x, const lanes *state, lanes *rate)

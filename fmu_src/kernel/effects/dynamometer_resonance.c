@@ -54,21 +54,29 @@ static void move(const lanes *p, const lanes h, const struct Point *a, const str
 {
     for (int k = 0; k < CHANNELS; k += 2) { /* two channels at a time; the last is alone, and done twice */
         const int l = k + 1 < CHANNELS ? k + 1 : k;
+        struct Oscillators channels;
+        lanes w, later[2][2][2];
         EACH_LANE {
-            const struct Oscillators channels = {
-                .start = {a->measured[k][i], a->measured[l][i]},
-                .middle = {m->measured[k][i], m->measured[l][i]},
-                .end = {b->measured[k][i], b->measured[l][i]},
-                .at = {{from[2 * k][i], from[2 * l][i]}, {from[2 * k + 1][i], from[2 * l + 1][i]}}};
-            double at_half[2][2] = {{channels.middle[0], channels.middle[1]}, {0, 0}},
-                   at_end[2][2] = {{channels.end[0], channels.end[1]}, {0, 0}};
-            if (p[PERIOD][i] >= NO_TIME)
-                second_order_responses_in_mean(h[i], omega(p, i), p[DAMPING_RATIO][i], &channels, at_half, at_end);
+            w[i] = p[PERIOD][i] >= NO_TIME ? omega(p, i) : 1;
+            channels.start[0][i] = a->measured[k][i];
+            channels.start[1][i] = a->measured[l][i];
+            channels.middle[0][i] = m->measured[k][i];
+            channels.middle[1][i] = m->measured[l][i];
+            channels.end[0][i] = b->measured[k][i];
+            channels.end[1][i] = b->measured[l][i];
             for (int n = 0; n < 2; ++n) {
-                half[2 * k + n][i] = at_half[n][0];
-                half[2 * l + n][i] = at_half[n][1];
-                whole[2 * k + n][i] = at_end[n][0];
-                whole[2 * l + n][i] = at_end[n][1];
+                channels.at[n][0][i] = from[2 * k + n][i];
+                channels.at[n][1][i] = from[2 * l + n][i];
+            }
+        }
+        second_order_responses_in_mean(h, w, p[DAMPING_RATIO], &channels, later[0], later[1]);
+        EACH_LANE {
+            const int rings = p[PERIOD][i] >= NO_TIME;
+            for (int n = 0; n < 2; ++n) {
+                half[2 * k + n][i] = rings ? later[0][n][0][i] : n ? 0 : channels.middle[0][i];
+                half[2 * l + n][i] = rings ? later[0][n][1][i] : n ? 0 : channels.middle[1][i];
+                whole[2 * k + n][i] = rings ? later[1][n][0][i] : n ? 0 : channels.end[0][i];
+                whole[2 * l + n][i] = rings ? later[1][n][1][i] : n ? 0 : channels.end[1][i];
             }
         }
     }

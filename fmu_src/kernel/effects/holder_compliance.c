@@ -55,20 +55,30 @@ static void carry(const lanes *p, const lanes *state, struct Point *x)
 static void move(const lanes *p, const lanes h, const struct Point *a, const struct Point *m, const struct Point *b,
                  const lanes *from, lanes *half, lanes *whole)
 {
+    struct Oscillators modes;
+    lanes w, later[2][2][2];
     EACH_LANE {
-        const double c_x = -p[COMPLIANCE_X][i], c_y = p[COMPLIANCE_Y][i], w = omega(p, i), zeta = p[DAMPING_RATIO][i];
-        const struct Oscillators modes = {.start = {c_x * a->F_p[i], c_y * a->F_f[i]},
-                                          .middle = {c_x * m->F_p[i], c_y * m->F_f[i]},
-                                          .end = {c_x * b->F_p[i], c_y * b->F_f[i]},
-                                          .at = {{from[DX][i], from[DY][i]}, {from[DU_X][i], from[DU_Y][i]}}};
-        double later[2][2][2];
-        second_order_responses(h[i], w, zeta, &modes, later[0], later[1]);
-        for (int k = 0; k < 2; ++k) {
-            lanes *const to = k ? whole : half;
-            to[DX][i] = later[k][OF_PLACE][0];
-            to[DU_X][i] = later[k][OF_SPEED][0];
-            to[DY][i] = later[k][OF_PLACE][1];
-            to[DU_Y][i] = later[k][OF_SPEED][1];
+        const double c_x = -p[COMPLIANCE_X][i], c_y = p[COMPLIANCE_Y][i];
+        w[i] = omega(p, i);
+        modes.start[0][i] = c_x * a->F_p[i];
+        modes.start[1][i] = c_y * a->F_f[i];
+        modes.middle[0][i] = c_x * m->F_p[i];
+        modes.middle[1][i] = c_y * m->F_f[i];
+        modes.end[0][i] = c_x * b->F_p[i];
+        modes.end[1][i] = c_y * b->F_f[i];
+        modes.at[OF_PLACE][0][i] = from[DX][i];
+        modes.at[OF_PLACE][1][i] = from[DY][i];
+        modes.at[OF_SPEED][0][i] = from[DU_X][i];
+        modes.at[OF_SPEED][1][i] = from[DU_Y][i];
+    }
+    second_order_responses(h, w, p[DAMPING_RATIO], &modes, later[0], later[1]);
+    for (int k = 0; k < 2; ++k) {
+        lanes *const to = k ? whole : half;
+        EACH_LANE {
+            to[DX][i] = later[k][OF_PLACE][0][i];
+            to[DU_X][i] = later[k][OF_SPEED][0][i];
+            to[DY][i] = later[k][OF_PLACE][1][i];
+            to[DU_Y][i] = later[k][OF_SPEED][1][i];
         }
     }
 }

@@ -27,9 +27,8 @@ static void lag(const lanes *p, const lanes *state, struct Point *x)
 static void move(const lanes *p, const lanes h, const struct Point *a, const struct Point *m, const struct Point *b,
                  const lanes *from, lanes *half, lanes *whole)
 {
-    EACH_LANE
-        first_order_response(h[i], p[TIME_CONSTANT][i], a->theta_given[i], m->theta_given[i], b->theta_given[i],
-                             from[0][i], &half[0][i], &whole[0][i]);
+    first_order_response(h, p[TIME_CONSTANT], a->theta_given, m->theta_given, b->theta_given, from[0], half[0],
+                         whole[0]);
 }
 
 static void rate(const lanes *p, const struct Point *x, const lanes *state, lanes *rate)

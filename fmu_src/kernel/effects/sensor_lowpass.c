@@ -36,9 +36,8 @@ static void move(const lanes *p, const lanes h, const struct Point *a, const str
                  const lanes *from, lanes *half, lanes *whole)
 {
     for (int k = 0; k < CHANNELS; ++k)
-        EACH_LANE
-            first_order_response_in_mean(h[i], p[TIME_CONSTANT][i], a->measured[k][i], m->measured[k][i],
-                                         b->measured[k][i], from[k][i], &half[k][i], &whole[k][i]);
+        first_order_response_in_mean(h, p[TIME_CONSTANT], a->measured[k], m->measured[k], b->measured[k], from[k],
+                                     half[k], whole[k]);
 }
 
 static void rate(const lanes *p, const struct Point *x, const lanes *state, lanes *rate)

@@ -59,6 +59,24 @@ static inline void large_moments(lanes I[3], int i, double D)
         I[k][i] = D > SERIES_LIMIT ? part[k] : I[k][i];
 }
 
+/* M <= D; the exponential only where a lane needs it. */
+static INLINED void both_moments(const lanes M, const lanes D, lanes to_M[3], lanes to_D[3])
+{
+    int large = 0;
+    EACH_LANE {
+        small_moments(to_M, i, M[i]);
+        small_moments(to_D, i, D[i]);
+        large |= D[i] > SERIES_LIMIT;
+    }
+    if (large)
+        EACH_LANE {
+            large_moments(to_M, i, M[i]);
+            large_moments(to_D, i, D[i]);
+        }
+}
+
+void moments_in_lanes(const lanes M, const lanes D, lanes to_M[3], lanes to_D[3]) { both_moments(M, D, to_M, to_D); }
+
 /* Is z surely within it? A product, which is cheaper, and right but for roundings. */
 static int within(const struct Point *x, int i, double z)
 {
@@ -125,7 +143,7 @@ static void relax_bristles(int clip, const lanes h, const struct Point *start, c
                            const struct Point *end, lanes z_middle, lanes z_end, lanes difference)
 {
     lanes M, D, to_M[3], to_D[3];
-    int large = 0, far = 0, moves = 0;
+    int far = 0, moves = 0;
     EACH_LANE
         moves |= (start->rate[i] != 0) | (middle->rate[i] != 0) | (end->rate[i] != 0);
     if (!moves) { /* as out of contact, where nothing relaxes: to the bit what follows would make of it */
@@ -135,17 +153,9 @@ static void relax_bristles(int clip, const lanes h, const struct Point *start, c
         }
         return;
     }
-    EACH_LANE {
+    EACH_LANE
         path_of(h[i], start->rate[i], middle->rate[i], end->rate[i], &M[i], &D[i]);
-        small_moments(to_M, i, M[i]);
-        small_moments(to_D, i, D[i]);
-        large |= D[i] > SERIES_LIMIT;
-    }
-    if (large) /* the exponential only where a lane needs it */
-        EACH_LANE {
-            large_moments(to_M, i, M[i]);
-            large_moments(to_D, i, D[i]);
-        }
+    both_moments(M, D, to_M, to_D);
     EACH_LANE {
         const double z = start->z[i];
         const struct Target t = target_between(start, middle, end, M[i], D[i], i);

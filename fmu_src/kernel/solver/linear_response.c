@@ -8,142 +8,172 @@
 #include "../stages.h"
 
 #include <math.h>
-#include <string.h>
 
-static double first_order_after(double D, double u_0, double slope, double bend, double y)
-{
-    double I[3];
-    moments(D, I);
-    return y + (u_0 - y) * I[0] + slope * I[1] + bend * I[2];
-}
+/* Below this part of T the parabola's coefficients would overflow; but a state at rest must leave it however short the
+ * step. */
+#define BRIEF_PART 1e-12
 
 /* In units of T: dy/dA = u - y, A = t/T. */
-void first_order_response(double h, double T, double u_0, double u_m, double u_1, double y, double *half, double *whole)
+void first_order_response(const lanes h, const lanes T, const lanes u_0, const lanes u_m, const lanes u_1,
+                          const lanes y, lanes half, lanes whole)
 {
-    if (!(T >= NO_TIME)) { /* it follows at once */
-        *half = u_m;
-        *whole = u_1;
-        return;
+    lanes M, D, to_M[3], to_D[3];
+    EACH_LANE {
+        const double follows = T[i] >= NO_TIME ? T[i] : 1;
+        D[i] = larger(h[i] / follows, BRIEF_PART);
+        M[i] = 0.5 * D[i];
     }
-    if (h < 1e-12 * T) { /* the parabola's coefficients would overflow; but a state at rest must leave it however short
-                            the step */
-        *half = y + 0.5 * h / T * (u_0 - y);
-        *whole = y + h / T * (u_m - y);
-        return;
+    moments_in_lanes(M, D, to_M, to_D);
+    EACH_LANE {
+        const int at_once = !(T[i] >= NO_TIME), brief = h[i] < BRIEF_PART * T[i];
+        const double share = h[i] / (at_once ? 1 : T[i]), d = D[i];
+        const double bend = 2 * (u_0[i] - 2 * u_m[i] + u_1[i]) / (d * d),
+                     slope = (4 * u_m[i] - 3 * u_0[i] - u_1[i]) / d;
+        const double reached = y[i] + (u_0[i] - y[i]) * to_M[0][i] + slope * to_M[1][i] + bend * to_M[2][i],
+                     ended = y[i] + (u_0[i] - y[i]) * to_D[0][i] + slope * to_D[1][i] + bend * to_D[2][i];
+        const double left = y[i] + 0.5 * share * (u_0[i] - y[i]), gone = y[i] + share * (u_m[i] - y[i]);
+        half[i] = at_once ? u_m[i] : brief ? left : reached;
+        whole[i] = at_once ? u_1[i] : brief ? gone : ended;
     }
-    const double D = h / T, bend = 2 * (u_0 - 2 * u_m + u_1) / (D * D), slope = (4 * u_m - 3 * u_0 - u_1) / D;
-    *half = first_order_after(0.5 * D, u_0, slope, bend, y);
-    *whole = first_order_after(D, u_0, slope, bend, y);
 }
 
 /* Below, Simpson's rule over the true middle is right to rounding, and this would cancel. */
 #define SHORT_STEP 1e-2
 
 /* Simpson's rule over start, this middle and end gives the mean. */
-static double middle_of(double mean, double start, double end) { return 0.25 * (6 * mean - start - end); }
+static INLINED double middle_of(double mean, double start, double end) { return 0.25 * (6 * mean - start - end); }
 
-void first_order_response_in_mean(double h, double T, double u_0, double u_m, double u_1, double y, double *half,
-                                  double *whole)
+void first_order_response_in_mean(const lanes h, const lanes T, const lanes u_0, const lanes u_m, const lanes u_1,
+                                  const lanes y, lanes half, lanes whole)
 {
     first_order_response(h, T, u_0, u_m, u_1, y, half, whole);
-    if (T >= NO_TIME && h > SHORT_STEP * T)
-        *half = middle_of((u_0 + 4 * u_m + u_1) / 6 - T * (*whole - y) / h, y, *whole);
+    EACH_LANE {
+        const int long_step = (T[i] >= NO_TIME) & (h[i] > SHORT_STEP * T[i]);
+        const double mean = (u_0[i] + 4 * u_m[i] + u_1[i]) / 6 - T[i] * (whole[i] - y[i]) / (long_step ? h[i] : 1);
+        half[i] = long_step ? middle_of(mean, y[i], whole[i]) : half[i];
+    }
 }
+
+/* Of a free oscillation, in radians. */
+#define SHORT_TURN 0.05
 
 /* Short steps, where the coefficients of the parabola would cancel: the series of place and speed over the share of the
- * step, to rounding; of both oscillators at once, which a processor's vectors hold. */
-static void second_order_series(double turn, double zeta, const struct Oscillators *o, double half[2][2],
-                                double whole[2][2])
+ * step, to rounding. */
+static void second_order_series(const lanes turn, const lanes zeta, const lanes w, const struct Oscillators *o, int n,
+                                lanes half[2][2], lanes whole[2][2])
 {
     enum { TERMS = 11 }; /* (2 zeta turn)^11/11! of them is left out */
-    double drive[3][2], x[2], s[2], at_half[2][2], at_end[2][2], share = 1;
-    for (int n = 0; n < 2; ++n) {
-        drive[0][n] = o->start[n];
-        drive[1][n] = 4 * o->middle[n] - 3 * o->start[n] - o->end[n];
-        drive[2][n] = 2 * (o->start[n] - 2 * o->middle[n] + o->end[n]);
-        at_half[OF_PLACE][n] = at_end[OF_PLACE][n] = x[n] = o->at[OF_PLACE][n];
-        at_half[OF_SPEED][n] = at_end[OF_SPEED][n] = s[n] = o->at[OF_SPEED][n];
+    lanes drive[3], x, s;
+    EACH_LANE {
+        drive[0][i] = o->start[n][i];
+        drive[1][i] = 4 * o->middle[n][i] - 3 * o->start[n][i] - o->end[n][i];
+        drive[2][i] = 2 * (o->start[n][i] - 2 * o->middle[n][i] + o->end[n][i]);
+        half[OF_PLACE][n][i] = whole[OF_PLACE][n][i] = x[i] = o->at[OF_PLACE][n][i];
+        half[OF_SPEED][n][i] = whole[OF_SPEED][n][i] = s[i] = o->at[OF_SPEED][n][i] / w[i];
     }
+    double share = 1;
     for (int k = 0; k < TERMS - 1; ++k) {
-        const double part = turn / (k + 1);
         share *= 0.5;
-        for (int n = 0; n < 2; ++n) {
-            const double next = part * ((k < 3 ? drive[k][n] : 0) - x[n] - 2 * zeta * s[n]);
-            x[n] = part * s[n];
-            s[n] = next;
-            at_end[OF_PLACE][n] += x[n];
-            at_end[OF_SPEED][n] += s[n];
-            at_half[OF_PLACE][n] += share * x[n];
-            at_half[OF_SPEED][n] += share * s[n];
+        EACH_LANE {
+            const double part = turn[i] / (k + 1),
+                         next = part * ((k < 3 ? drive[k < 3 ? k : 0][i] : 0) - x[i] - 2 * zeta[i] * s[i]);
+            x[i] = part * s[i];
+            s[i] = next;
+            whole[OF_PLACE][n][i] += x[i];
+            whole[OF_SPEED][n][i] += s[i];
+            half[OF_PLACE][n][i] += share * x[i];
+            half[OF_SPEED][n][i] += share * s[i];
         }
     }
-    memcpy(half, at_half, sizeof at_half);
-    memcpy(whole, at_end, sizeof at_end);
 }
 
-/* In units of 1/w: x'' + 2 zeta x' + x = c_0 + c_1 s + c_2 s^2, solved by a parabola and a free oscillation. */
-static void second_order_after(double turn, double zeta, const double c[3][2], const struct Oscillators *o,
-                               double after[2][2])
+/* How what swings freely goes on: e^(-zeta turn) cos(n turn), and the sine over n; n^2 = 1 - zeta^2. */
+static void free_response(const lanes turn, const lanes zeta, lanes cosine, lanes sine)
 {
-    const double square = 1 - zeta * zeta;
-    double cosine, sine; /* e^(-zeta turn) cos(n turn), and the sine over n; n^2 = 1 - zeta^2 */
-    const double q = square * turn * turn;
-    if (fabs(q) < 1e-4) { /* of the series what is above rounding: the quotients below lose digits here */
-        const double decay = exp(-zeta * turn);
-        cosine = decay * (1 - q / 2 + q * q / 24);
-        sine = decay * turn * (1 - q / 6 + q * q / 120);
-    } else if (square > 0) {
-        const double n = sqrt(square), decay = exponential(-zeta * turn);
-        cos_sin_of(n * turn, &cosine, &sine);
-        cosine *= decay;
-        sine *= decay / n;
-    } else { /* two exponentials, so that neither overflows */
-        const double n = sqrt(-square), slow = exp((n - zeta) * turn), fast = exp(-(n + zeta) * turn);
-        cosine = 0.5 * (slow + fast);
-        sine = 0.5 * (slow - fast) / n;
+    int others = 0;
+    EACH_LANE {
+        const double square = 1 - zeta[i] * zeta[i];
+        const int swings = (square > 0) & !(fabs(square * turn[i] * turn[i]) < 1e-4);
+        const double n = sqrt(swings ? square : 1), decay = exponential(-zeta[i] * turn[i]);
+        cos_sin_of(n * turn[i], &cosine[i], &sine[i]);
+        cosine[i] *= decay;
+        sine[i] *= decay / n;
+        others |= !swings;
     }
-    for (int n = 0; n < 2; ++n) {
-        const double p_2 = c[2][n], p_1 = c[1][n] - 4 * zeta * p_2, p_0 = c[0][n] - 2 * zeta * p_1 - 2 * p_2;
-        const double x = o->at[OF_PLACE][n] - p_0, s = o->at[OF_SPEED][n] - p_1;
-        after[OF_PLACE][n] = x * (cosine + zeta * sine) + s * sine + p_0 + p_1 * turn + p_2 * turn * turn;
-        after[OF_SPEED][n] = s * (cosine - zeta * sine) - x * sine + p_1 + 2 * p_2 * turn;
+    for (int i = 0; others && i < LANES; ++i) {
+        const double square = 1 - zeta[i] * zeta[i], q = square * turn[i] * turn[i];
+        if (fabs(q) < 1e-4) { /* of the series what is above rounding: the quotients below lose digits here */
+            const double decay = exp(-zeta[i] * turn[i]);
+            cosine[i] = decay * (1 - q / 2 + q * q / 24);
+            sine[i] = decay * turn[i] * (1 - q / 6 + q * q / 120);
+        } else if (square <= 0) { /* two exponentials, so that neither overflows */
+            const double n = sqrt(-square), slow = exp((n - zeta[i]) * turn[i]), fast = exp(-(n + zeta[i]) * turn[i]);
+            cosine[i] = 0.5 * (slow + fast);
+            sine[i] = 0.5 * (slow - fast) / n;
+        }
     }
 }
 
-void second_order_responses(double h, double w, double zeta, const struct Oscillators *oscillators, double half[2][2],
-                            double whole[2][2])
+/* In units of 1/w: x'' + 2 zeta x' + x = c_0 + c_1 s + c_2 s^2, solved by a parabola and a free oscillation; of the
+ * lanes whose step is not short. */
+static void second_order_after(double part, const lanes turn, const lanes zeta, const lanes w,
+                               const struct Oscillators *o, lanes after[2][2])
 {
-    const double turn = w * h;
-    struct Oscillators o = *oscillators;
+    lanes turned, cosine, sine;
+    EACH_LANE
+        turned[i] = part * turn[i];
+    free_response(turned, zeta, cosine, sine);
     for (int n = 0; n < 2; ++n)
-        o.at[OF_SPEED][n] /= w;
-    if (turn < 0.05)
-        second_order_series(turn, zeta, &o, half, whole);
-    else {
-        double c[3][2];
-        for (int n = 0; n < 2; ++n) {
-            c[0][n] = o.start[n];
-            c[1][n] = (4 * o.middle[n] - 3 * o.start[n] - o.end[n]) / turn;
-            c[2][n] = 2 * (o.start[n] - 2 * o.middle[n] + o.end[n]) / (turn * turn);
+        EACH_LANE {
+            const int by_parabola = !(turn[i] < SHORT_TURN);
+            const double to = turned[i], whole = by_parabola ? turn[i] : 1, start = o->start[n][i],
+                         middle = o->middle[n][i], end = o->end[n][i];
+            const double c_1 = (4 * middle - 3 * start - end) / whole,
+                         p_2 = 2 * (start - 2 * middle + end) / (whole * whole);
+            const double p_1 = c_1 - 4 * zeta[i] * p_2, p_0 = start - 2 * zeta[i] * p_1 - 2 * p_2;
+            const double x = o->at[OF_PLACE][n][i] - p_0, s = o->at[OF_SPEED][n][i] / w[i] - p_1;
+            const double place = x * (cosine[i] + zeta[i] * sine[i]) + s * sine[i] + p_0 + p_1 * to + p_2 * to * to,
+                         speed = s * (cosine[i] - zeta[i] * sine[i]) - x * sine[i] + p_1 + 2 * p_2 * to;
+            after[OF_PLACE][n][i] = by_parabola ? place : after[OF_PLACE][n][i];
+            after[OF_SPEED][n][i] = by_parabola ? speed : after[OF_SPEED][n][i];
         }
-        second_order_after(0.5 * turn, zeta, c, &o, half);
-        second_order_after(turn, zeta, c, &o, whole);
-    }
-    for (int n = 0; n < 2; ++n) {
-        half[OF_SPEED][n] *= w;
-        whole[OF_SPEED][n] *= w;
-    }
 }
 
-void second_order_responses_in_mean(double h, double w, double zeta, const struct Oscillators *o, double half[2][2],
-                                    double whole[2][2])
+void second_order_responses(const lanes h, const lanes w, const lanes zeta, const struct Oscillators *oscillators,
+                            lanes half[2][2], lanes whole[2][2])
 {
-    const double turn = w * h;
-    second_order_responses(h, w, zeta, o, half, whole);
-    for (int n = 0; turn > SHORT_STEP && n < 2; ++n) {
-        const double moved = whole[OF_PLACE][n] - o->at[OF_PLACE][n],
-                     sped = (whole[OF_SPEED][n] - o->at[OF_SPEED][n]) / w,
-                     mean = (o->start[n] + 4 * o->middle[n] + o->end[n]) / 6 - (2 * zeta * moved + sped) / turn;
-        half[OF_PLACE][n] = middle_of(mean, o->at[OF_PLACE][n], whole[OF_PLACE][n]);
+    lanes turn;
+    int some_short = 0, some_long = 0;
+    EACH_LANE {
+        turn[i] = w[i] * h[i];
+        some_short |= turn[i] < SHORT_TURN;
+        some_long |= !(turn[i] < SHORT_TURN);
     }
+    for (int n = 0; some_short && n < 2; ++n)
+        second_order_series(turn, zeta, w, oscillators, n, half, whole);
+    if (some_long) {
+        second_order_after(0.5, turn, zeta, w, oscillators, half);
+        second_order_after(1, turn, zeta, w, oscillators, whole);
+    }
+    for (int n = 0; n < 2; ++n)
+        EACH_LANE {
+            half[OF_SPEED][n][i] *= w[i];
+            whole[OF_SPEED][n][i] *= w[i];
+        }
+}
+
+void second_order_responses_in_mean(const lanes h, const lanes w, const lanes zeta, const struct Oscillators *o,
+                                    lanes half[2][2], lanes whole[2][2])
+{
+    second_order_responses(h, w, zeta, o, half, whole);
+    for (int n = 0; n < 2; ++n)
+        EACH_LANE {
+            const double turn = w[i] * h[i], place = o->at[OF_PLACE][n][i];
+            const int long_step = turn > SHORT_STEP;
+            const double moved = whole[OF_PLACE][n][i] - place,
+                         sped = (whole[OF_SPEED][n][i] - o->at[OF_SPEED][n][i]) / w[i],
+                         mean = (o->start[n][i] + 4 * o->middle[n][i] + o->end[n][i]) / 6 -
+                                (2 * zeta[i] * moved + sped) / (long_step ? turn : 1);
+            half[OF_PLACE][n][i] = long_step ? middle_of(mean, place, whole[OF_PLACE][n][i]) : half[OF_PLACE][n][i];
+        }
 }
