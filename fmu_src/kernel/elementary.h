@@ -80,6 +80,14 @@ IN_LOOPS double log_of(double x)
            (2 * f + (f * f2 * (a + f8 * (b + f8 * c)) + n * 1.90821492927058770002e-10));
 }
 
+/* ln(1 + x) of x >= 0 and far from infinity, to its last digits where x is small: rounding 1 + x moves both factors
+ * alike. */
+IN_LOOPS double log_1p(double x)
+{
+    const double one_and_x = 1 + x, added = one_and_x - 1;
+    return added > 0 ? log_of(one_and_x) * (x / (added > 0 ? added : 1)) : x;
+}
+
 /* x^y of x >= 0, to 1e-15 of it times the larger of 1 and |y ln x|; below 1e-300 x counts as 0. An x that is not finite
  * comes back. */
 IN_LOOPS double power_of(double x, double y)

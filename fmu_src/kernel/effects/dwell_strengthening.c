@@ -27,7 +27,7 @@ static const struct Variable variables[COUNT] = {
 static void strengthen(const lanes *p, const lanes *state, struct Point *x)
 {
     EACH_LANE
-        x->F_S[i] *= 1 + p[BETA][i] * log1p(larger(state[0][i], 0) / p[T_REF][i]);
+        x->F_S[i] *= 1 + p[BETA][i] * log_1p(larger(state[0][i], 0) / p[T_REF][i]);
 }
 
 static double renewal(const lanes *p, const struct Point *x, int i) { return x->cutting[i] * x->speed[i] / p[D_C][i]; }

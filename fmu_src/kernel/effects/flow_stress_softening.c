@@ -32,7 +32,7 @@ static void soften(const lanes *p, const lanes *state, struct Point *x)
     (void)state;
     int floors = 0;
     EACH_LANE {
-        const double rate = 1 + p[C][i] * log1p(x->shear_speed[i] / p[V_REF][i]);
+        const double rate = 1 + p[C][i] * log_1p(x->shear_speed[i] / p[V_REF][i]);
         const double left = 1 - p[SOFTENING][i] * power_of(x->theta_ratio[i], p[EXPONENT][i]);
         const int at_floor = (x->cutting[i] != 0) & (left < FLOOR);
         x->tau_s[i] *= rate * larger(left, FLOOR);

@@ -18,7 +18,7 @@ static void drift(const lanes *p, const lanes *state, struct Point *x)
 {
     (void)state;
     EACH_LANE {
-        const double share = 1 - p[DELTA][i] * expm1(-x->distance[i] / p[S_0][i]);
+        const double share = 1 + p[DELTA][i] * (1 - exponential(-x->distance[i] / p[S_0][i]));
         x->F_C[i] *= share;
         x->F_S[i] *= share;
     }

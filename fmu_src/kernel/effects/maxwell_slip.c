@@ -61,27 +61,35 @@ static void replace(const lanes *p, const lanes *state, struct Point *x)
 static void move(const lanes *p, const lanes h, const struct Point *a, const struct Point *m, const struct Point *b,
                  const lanes *from, lanes *half, lanes *whole)
 {
-    lanes stroke, left;
-    struct Ways to_half[LANES], to_end[LANES];
-    int back = 0, apart = 0;
-    for (int i = 0; i < LANES; ++i) {
+    lanes stroke, left, half_along, half_back, along, back;
+    int turns = 0, apart = 0;
+    EACH_LANE {
         stroke[i] = p[STROKE][i];
-        ways_that_turn(a->direction[i], h[i], a->v[i], m->v[i], b->v[i], &to_half[i], &to_end[i]);
-        back |= to_end[i].back != 0;
+        ways_of(a->direction[i], h[i], a->v[i], m->v[i], b->v[i], &half_along[i], &along[i]);
+        half_back[i] = back[i] = 0;
+        turns |= (a->direction[i] * a->v[i] > 0) & (a->direction[i] * b->v[i] < 0);
         apart |= a->cutting[i] == 0;
+    }
+    for (int i = 0; turns && i < LANES; ++i) {
+        struct Ways to_half, to_end;
+        ways_that_turn(a->direction[i], h[i], a->v[i], m->v[i], b->v[i], &to_half, &to_end);
+        half_along[i] = to_half.along;
+        half_back[i] = to_half.back;
+        along[i] = to_end.along;
+        back[i] = to_end.back;
     }
     if (apart)
         EACH_LANE
             left[i] = exponential(-0.5 * h[i] * a->rate[i]);
     for (int k = ELEMENTS - 1; k >= 0; --k) {
         EACH_LANE {
-            half[k][i] = stop_after(from[k][i], a->direction[i], to_half[i].along / stroke[i]);
-            whole[k][i] = stop_after(from[k][i], a->direction[i], to_end[i].along / stroke[i]);
+            half[k][i] = stop_after(from[k][i], a->direction[i], half_along[i] / stroke[i]);
+            whole[k][i] = stop_after(from[k][i], a->direction[i], along[i] / stroke[i]);
         }
-        if (back)
+        if (turns)
             EACH_LANE {
-                half[k][i] = stop_after(half[k][i], -a->direction[i], to_half[i].back / stroke[i]);
-                whole[k][i] = stop_after(whole[k][i], -a->direction[i], to_end[i].back / stroke[i]);
+                half[k][i] = stop_after(half[k][i], -a->direction[i], half_back[i] / stroke[i]);
+                whole[k][i] = stop_after(whole[k][i], -a->direction[i], back[i] / stroke[i]);
             }
         if (apart)
             EACH_LANE {

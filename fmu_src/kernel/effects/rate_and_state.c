@@ -37,8 +37,15 @@ static const struct Variable variables[COUNT] = {
 /* A contact does not lose more than this of its friction, whatever the parameters. */
 #define LEAST_SHARE 0.01
 
-static double logarithm(const lanes *p, const struct Point *x, int i) { return log1p(x->speed[i] / p[V_0][i]); }
-static double renewal(const lanes *p, const struct Point *x, int i) { return x->cutting[i] * x->speed[i] / p[D_C][i]; }
+static INLINED double logarithm(const lanes *p, const struct Point *x, int i)
+{
+    return log_1p(x->speed[i] / p[V_0][i]);
+}
+
+static INLINED double renewal(const lanes *p, const struct Point *x, int i)
+{
+    return x->cutting[i] * x->speed[i] / p[D_C][i];
+}
 
 static void follow_speed(const lanes *p, const lanes *state, struct Point *x)
 {
@@ -55,18 +62,21 @@ static void follow_speed(const lanes *p, const lanes *state, struct Point *x)
 static void move(const lanes *p, const lanes h, const struct Point *a, const struct Point *m, const struct Point *b,
                  const lanes *from, lanes *half, lanes *whole)
 {
+    lanes M, D, to_M[3], to_D[3];
     EACH_LANE {
-        const double r_0 = renewal(p, a, i), r_m = renewal(p, m, i), r_1 = renewal(p, b, i), y = from[0][i];
-        const double D = h[i] / 6 * (r_0 + 4 * r_m + r_1),
-                     M = smaller(larger(h[i] / 24 * (5 * r_0 + 8 * r_m - r_1), 0), D);
-        const double u_0 = logarithm(p, a, i), u_m = logarithm(p, m, i), u_1 = logarithm(p, b, i);
-        const double first = M > NO_PATH ? (u_m - u_0) / M : 0, last = D - M > NO_PATH ? (u_1 - u_m) / (D - M) : first;
-        const double bend = D > NO_PATH ? (last - first) / D : 0, slope = first - bend * M;
-        double to_M[3], to_D[3];
-        moments(M, to_M);
-        moments(D, to_D);
-        half[0][i] = y + (u_0 - y) * to_M[0] + slope * to_M[1] + bend * to_M[2];
-        whole[0][i] = y + (u_0 - y) * to_D[0] + slope * to_D[1] + bend * to_D[2];
+        const double r_0 = renewal(p, a, i), r_m = renewal(p, m, i), r_1 = renewal(p, b, i);
+        D[i] = h[i] / 6 * (r_0 + 4 * r_m + r_1);
+        M[i] = smaller(larger(h[i] / 24 * (5 * r_0 + 8 * r_m - r_1), 0), D[i]);
+    }
+    moments_in_lanes(M, D, to_M, to_D);
+    EACH_LANE {
+        const double u_0 = logarithm(p, a, i), u_m = logarithm(p, m, i), u_1 = logarithm(p, b, i), y = from[0][i];
+        const int to_middle = M[i] > NO_PATH, on_from_there = D[i] - M[i] > NO_PATH, at_all = D[i] > NO_PATH;
+        const double first = to_middle ? (u_m - u_0) / (to_middle ? M[i] : 1) : 0,
+                     last = on_from_there ? (u_1 - u_m) / (on_from_there ? D[i] - M[i] : 1) : first;
+        const double bend = at_all ? (last - first) / (at_all ? D[i] : 1) : 0, slope = first - bend * M[i];
+        half[0][i] = y + (u_0 - y) * to_M[0][i] + slope * to_M[1][i] + bend * to_M[2][i];
+        whole[0][i] = y + (u_0 - y) * to_D[0][i] + slope * to_D[1][i] + bend * to_D[2][i];
     }
 }
 

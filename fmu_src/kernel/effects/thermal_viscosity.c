@@ -16,7 +16,7 @@ static void thin(const lanes *p, const lanes *state, struct Point *x)
 {
     (void)state;
     EACH_LANE
-        x->sigma2[i] *= exp(-p[BETA][i] * x->theta_ratio[i]);
+        x->sigma2[i] *= exponential(-p[BETA][i] * x->theta_ratio[i]);
 }
 
 /* clang-format off */
