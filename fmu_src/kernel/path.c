@@ -59,7 +59,7 @@ static INLINED double from_the_end(double X, const struct Turn *t, int i)
 
 /* One step on, and cosine and sine there by those of the place before. Is it close? */
 static INLINED int nearer(double X, double r, double last, double *low, double *high, double *chi, double *cosine,
-                         double *sine)
+                          double *sine)
 {
     const int inside = (*chi > *low) & (*chi < *high);
     const double at = inside ? *chi : 0.5 * (*low + *high);
