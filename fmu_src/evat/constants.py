@@ -192,6 +192,7 @@ class _Constants(ConstantTable):
     least_quantum = Constant(1e-9, "of the largest value", "a difference of a position that is less is rounding")
     smoothing_windows = Constant((1, 2, 4, 8, 16, 32, 64, 128), "samples", "to each side of the middle one, of local polynomials")
     smoothing_confidence = Constant(2.5, "sd", "of the intervals that have to meet")
+    sample_confidence = Constant(4.0, "sd", "of the interval of a sample by itself: further from it a smoothed column cuts a corner")
     exact_window = Constant(5, "samples", "of the polynomial through all of them that differentiates a position without noise", low=3)
     as_sure = Constant(1e-9, "of the standard deviation", "two estimates that differ by less are as sure", source="numerical tolerance")
     mass_sd = Constant(0.05, "of the stated mass", "how far that of what moves may be off", source="catalogues, and what is clamped on")

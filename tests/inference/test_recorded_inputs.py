@@ -20,6 +20,7 @@ TIMES = np.arange(3000) * 1e-3
 MOTIONS: dict[str, FloatArray] = {
     "sine": 0.2 * np.sin(4 * np.pi * TIMES),
     "trapezoid": np.clip(0.45 * np.sin(2 * np.pi * TIMES), -0.2, 0.2),
+    "levels": np.convolve(np.repeat(np.resize([0, 0.2, 0.1, 0.2, 0, -0.2, -0.1, -0.2], 30), 100), np.hanning(10) / 4.5, mode="same"),
     "stops": np.interp(TIMES, [0, 0.5, 0.8, 1.2, 1.5, 2, 2.2, 3], [0, 0, 0.2, 0.2, -0.2, -0.2, 0, 0]),
 }
 
@@ -37,7 +38,8 @@ def test_noise_is_told_from_motion(name: str) -> None:
         drawn = sd * np.random.default_rng(1).normal(size=TIMES.size)
         assert pytest.approx(sd, rel=0.1) == noise_sd(MOTIONS[name] + drawn)
         rest = smoothed(MOTIONS[name] + drawn, sd) - MOTIONS[name]
-        assert np.sqrt(np.mean(rest**2)) < 0.5 * sd
+        # ramps of eight samples, one in a hundred, are corners: a mean of three missed them by 1.7 times the noise
+        assert np.sqrt(np.mean(rest**2)) < (0.9 if name == "levels" else 0.5) * sd
 
 
 def test_an_input_without_noise_is_left_as_it_is() -> None:

@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from evat.experiment import Experiment, Signal
+from evat.constants import CONSTANTS
+from evat.experiment import Experiment, Signal, Trial
 from evat.gap import diagnose_with
 from evat.inference.recorded_inputs import smoothed_inputs
 from evat.inference.zeros_between_trials import (
@@ -17,6 +18,7 @@ from evat.inference.zeros_between_trials import (
     without_zeros_between_trials,
     zeroed,
 )
+from evat.model import FloatArray
 from evat.models.contact import ContactModel
 from independent_lugre import NOISE, TIMES, lugre, world
 
@@ -110,7 +112,7 @@ def test_slow_motions_within_the_noise_are_no_rests() -> None:
         force = lugre(v, 0.0) + NOISE * np.random.default_rng(3).normal(size=TIMES.size)
         trials.append(replace(trial, inputs={"slip_velocity": v}, outputs={"friction_force": force}))
     recorded = smoothed_inputs(coarse(replace(made, trials=tuple(trials)), 0.0))
-    assert where_at_rest(recorded.experiment, recorded.noise["slip_velocity"])
+    assert where_at_rest(recorded)
     slow = with_slow_motions_as_likeliest(model(), recorded, {"slip_velocity": "m/s"})
     assert "taken to rest" not in slow.said
 
@@ -125,3 +127,34 @@ def test_a_zero_that_changes_nothing_is_in_no_fit() -> None:
     names = {parameter.name for parameter in comparison.recalibrated.parameters}
     assert any("normal_load" in each.parameter.name for each in comparison.prediction.linearised)
     assert {parameter.name for parameter in comparison.set_up.parameters} <= names
+
+
+SLIP_NOISE = 2e-3  # m/s
+
+
+def read_twice(velocity: FloatArray) -> Experiment:
+    """Two repeats at 8 samples a second, as of a pin on a disc; a velocity with noise, read to its last digit."""
+    luck, made = np.random.default_rng(4), world((0.0, 0.0, 0.0), "relaxed", WAIT)
+    times, force = np.arange(velocity.size) / 8, {"friction_force": np.zeros(velocity.size)}
+    read = [velocity + SLIP_NOISE * luck.normal(size=velocity.size) for _ in range(2)]
+    trials = [Trial(f"{k}.csv", "c0", {}, times, {"slip_velocity": each}, force) for k, each in enumerate(read)]
+    return replace(made, trials=tuple(trials))
+
+
+def test_short_rests_are_rests_and_end_where_the_motion_begins() -> None:
+    """Runs of 1 m/s with ramps of four samples, and between them rests of a fiftieth of the recording: bristles crept there, and a motion
+    began a sample too soon."""
+    run = np.concatenate([[0.15, 0.5, 0.85], np.ones(74), [0.85, 0.5, 0.15]])
+    velocity = np.concatenate([np.zeros(60), *[part for _ in range(4) for part in (run, np.zeros(8))], run])
+    masks = where_at_rest(smoothed_inputs(read_twice(velocity)))
+    assert np.array_equal(masks["0.csv"], velocity == 0)
+    assert np.array_equal(masks["0.csv"], masks["1.csv"])
+
+
+def test_a_motion_that_turns_round_is_no_rest() -> None:
+    """Slowly enough for some 15 samples within the noise, from one end of it to the other."""
+    velocity = np.concatenate([np.zeros(80), 0.1 * np.sin(np.linspace(0, 2.5 * np.pi, 500))[20:]])
+    masks = where_at_rest(smoothed_inputs(read_twice(velocity)))
+    assert np.count_nonzero(np.abs(velocity[100:]) < CONSTANTS.noise_at_rest * SLIP_NOISE) >= 20
+    assert np.all(masks["0.csv"][:80])
+    assert not np.any(masks["0.csv"][100:])

@@ -24,8 +24,10 @@ def noise_sd(column: FloatArray) -> float:
     size = 1.4826 * float(np.median(np.abs(third)))
     if not size > CONSTANTS.least_input_noise * float(np.max(np.abs(column))):
         return 0.0
-    held = np.clip(third, -3 * size, 3 * size)  # corners of the motion have no say
-    correlation = float(held[1:] @ held[:-1] / (held @ held))
+    inside = np.abs(third) <= 3 * size  # corners of the motion have no say
+    both = inside[1:] & inside[:-1]
+    one, next_one = third[:-1][both], third[1:][both]
+    correlation = float(one @ next_one) / (float(np.sqrt((one @ one) * (next_one @ next_one))) or 1.0)
     return float(size / np.sqrt(20.0)) if correlation < CONSTANTS.white_third_differences else 0.0  # of white noise of sd 1
 
 
@@ -90,7 +92,8 @@ def _kinds(deriv: int) -> tuple[tuple[int, float], ...]:
 def _by_widest(column: FloatArray, sd: float, deriv: int, step: float, order: int, place: float) -> tuple[FloatArray, FloatArray]:
     """By windows of one kind, and how far off that may be as a standard deviation in that of the noise. place : of the sample in its
     window, 0 at the begin and 1 at the end."""
-    low, high = np.full(column.size, -np.inf), np.full(column.size, np.inf)
+    own = CONSTANTS.sample_confidence * sd if deriv == 0 else np.inf  # a sample tells by itself where a corner is, and no slope
+    low, high = column - own, column + own
     best, sds, going = column.copy(), np.full(column.size, np.inf), np.ones(column.size, dtype=bool)
     for half in CONSTANTS.smoothing_windows:
         window = 2 * half + 1

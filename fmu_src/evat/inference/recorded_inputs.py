@@ -24,10 +24,11 @@ from evat.model import FloatArray, IntArray
 
 @dataclass(frozen=True)
 class RecordedInputs:
-    """`experiment` with smoothed inputs, one for the repeats that share a motion; `perturbed` is the same by other noise, None where no
-    input had any; `noise[name]` is the largest standard deviation that an input was found to have [its unit]."""
+    """`experiment` with smoothed inputs, one for the repeats that share a motion, and as it was `recorded`; `perturbed` is smoothed by
+    other noise, None where no input had any; `noise[name]` is the largest standard deviation that an input was seen to have [its unit]."""
 
     experiment: Experiment
+    recorded: Experiment
     perturbed: Experiment | None
     noise: Mapping[str, float]
 
@@ -60,8 +61,9 @@ def smoothed_inputs(experiment: Experiment) -> RecordedInputs:
                 smooth[place] = replace(experiment.trials[place], inputs=inputs, times=first.times, lead_in=lead)
                 other[place] = replace(experiment.trials[place], inputs=perturbed, times=first.times, lead_in=lead)
     if not noise:
-        return RecordedInputs(experiment, None, {})
-    return RecordedInputs(replace(experiment, trials=tuple(smooth)), replace(experiment, trials=tuple(other)), noise)
+        return RecordedInputs(experiment, experiment, None, {})
+    whole, by_other_noise = replace(experiment, trials=tuple(smooth)), replace(experiment, trials=tuple(other))
+    return RecordedInputs(whole, experiment, by_other_noise, noise)
 
 
 def _smoothed_lead_in(lead: Trial) -> Trial:

@@ -52,20 +52,43 @@ def without_zeros_between_trials(model: Model, experiment: Experiment) -> tuple[
     return (freed, more) if more and _left(model, freed) <= _left(model, experiment) else (experiment, {})
 
 
-def where_at_rest(experiment: Experiment, noise: float) -> dict[str, BoolArray]:
-    """By the trial's file, (n,): true where its velocity reads for a while what it reads of a contact at rest, but for noise of this
-    standard deviation; without trials that never do, and all of them where a velocity has no noise."""
+def where_at_rest(recorded: RecordedInputs) -> dict[str, BoolArray]:
+    """By the trial's file, (n,): true where its velocity reads for a while what it reads of a contact at rest, but for noise; without
+    trials that never do, and all of them where a velocity has no noise. Smoothed, a motion begins a sample too soon; repeats that share
+    one rest together."""
+    noise, masks = recorded.noise.get(MOTION, 0.0), dict[str, BoolArray]()
     if not noise > 0:
-        return {}
-    masks = dict[str, BoolArray]()
-    for file, rest in rests(experiment).items():
-        velocity = next(trial.inputs[MOTION] for trial in experiment.trials if trial.file == file)
-        near = np.abs(velocity - rest.level) <= CONSTANTS.noise_at_rest * noise
+        return masks
+    rest_of, sharing = rests(recorded.experiment), dict[bytes, list[str]]()
+    smooth = {trial.file: trial.inputs[MOTION] for trial in recorded.experiment.trials if trial.file in rest_of}
+    read = {trial.file: trial.inputs[MOTION] for trial in recorded.recorded.trials if trial.file in rest_of}
+    for file, velocity in smooth.items():
+        sharing.setdefault(velocity.tobytes(), []).append(file)
+    for files in sharing.values():
+        level, velocity = rest_of[files[0]].level, smooth[files[0]]
+        rows = np.array([read[file] for file in files]) - level
+        most = CONSTANTS.noise_at_rest * noise
+        near = (np.abs(velocity - level) <= most) | np.all(np.abs(rows) <= most, axis=0)
         size = max(math.ceil(CONSTANTS.least_rest * velocity.size), CONSTANTS.fewest_rest_samples)
-        mask: BoolArray = binary_opening(near, np.ones(size))
+        mask: BoolArray = binary_opening(near, np.ones(size)) | _stays_there(rows.mean(axis=0), near, noise)
         if np.any(velocity[mask]):
-            masks[file] = mask
+            masks.update(dict.fromkeys(files, mask))
     return masks
+
+
+def _stays_there(velocity: FloatArray, near: BoolArray, noise: float) -> BoolArray:
+    """(n,): true in rows of samples that are `near` rest and show neither a level nor a trend beyond what noise of this standard deviation
+    has: a motion that turns round, or passes through rest, goes from one end of what is near to the other."""
+    stays = np.zeros(near.size, dtype=np.bool_)
+    turns = np.flatnonzero(np.diff(near.astype(np.int8), prepend=0, append=0))
+    for begin, end in zip(turns[::2].tolist(), turns[1::2].tolist(), strict=True):
+        count = end - begin
+        if count < CONSTANTS.fewest_rest_samples:
+            continue
+        row, time = velocity[begin:end], np.arange(count) - 0.5 * (count - 1)
+        level, trend = float(np.mean(row)) * math.sqrt(count), float(time @ row) / math.sqrt(float(time @ time))
+        stays[begin:end] = max(abs(level), abs(trend)) <= CONSTANTS.noise_at_rest * noise
+    return stays
 
 
 def held_at_rest(experiment: Experiment, masks: Mapping[str, BoolArray]) -> Experiment:
@@ -82,7 +105,7 @@ def with_slow_motions_as_likeliest(model: Model, recorded: RecordedInputs, units
     does: whichever the nominal model is nearest to. Bristles at rest sum up all that a velocity reads, its noise and its last bit too."""
     freed, more = without_zeros_between_trials(model, recorded.experiment)
     perturbed = recorded.perturbed
-    masks = where_at_rest(recorded.experiment, recorded.noise.get(MOTION, 0.0))
+    masks = where_at_rest(recorded)
     held = held_at_rest(recorded.experiment, masks)
     if masks and _left(model, held) <= CONSTANTS.rest_before_creep * _left(model, freed):
         said = f"{MOTION}: where it reads no more than noise does, in {len(masks)} recordings, the contact was taken to rest"

@@ -45,7 +45,8 @@ def recalibrated_model(
     if forms:
         at = np.concatenate([np.zeros(len(forms) - len(zeros)), recalibrated.point[len(own) :]])
         prediction, recalibrated = _shaped(prediction, whitening, recalibrated, own, forms, at)
-        prediction = prediction.linearise([each for each in prediction.linearised if np.any(each.column)])  # others an effect may wake
+        act = [each for each in prediction.linearised if np.any(each.column) or each.parameter.name in prediction.setup_names]
+        prediction = prediction.linearise(act)  # what an effect may wake is not held
     formed = with_law_forms(prediction, recalibrated.slopes, recalibrated.values, recalibrated.on)
     if formed is not prediction:
         prediction, free = formed, [each.parameter for each in formed.linearised if each.parameter.name in formed.form_names]
