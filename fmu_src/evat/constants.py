@@ -306,6 +306,7 @@ class _Constants(ConstantTable):
     prior_trial_zero = Constant(0.003, "of the rms", "zero between trials, a priori (sd)")
     prior_trial_clock = Constant(0.1, "samples", "clock between trials, a priori (sd)")
     clear_difference = Constant(4.0, "sd", "of noise, from which on gain, zero or clock of a repeat is told though noise hides usual ones")
+    largest_difference = Constant(100.0, "of what is usual", "gain, zero or clock of a repeat: a set-up that is off by more is no repeat")
     no_signal = Constant(1e-100, "1", "a column that is smaller is none", origin="derived", source="its square is still a number")
     least_told_apart = Constant(
         1e-5, "of the largest", "singular value of gain, zero and clock of a repeat, below which a force is too steady to tell them apart",

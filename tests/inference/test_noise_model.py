@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import get_args
 
 import numpy as np
 import pytest
 from evat.constants import CONSTANTS
-from evat.experiment import Experiment, ExperimentError, Trial
+from evat.experiment import Experiment, ExperimentError, Nominal, Signal, Trial
 from evat.gap.search.compare import compare
 from evat.identification import Settings, identify
 from evat.identification.objective import Kind
@@ -18,7 +19,7 @@ from evat.inference.noise.autoregression import WHITE, autoregression, impulse_r
 from evat.inference.noise.estimate import differing, estimate_noise, random_effects, repeatability, without_jumps
 from evat.inference.prediction import Prediction
 from evat.inference.sample_whitening import SampleWhitening
-from evat.model import FloatArray
+from evat.model import FloatArray, Run
 from known_rigs import FREE, MODEL, SLIDING, TIMES, TO_AND_FRO, TRUTH, exact, experiment, force, trial
 from scipy.signal import lfilter
 
@@ -235,3 +236,34 @@ def test_a_force_that_stands_still_tells_no_gain_from_a_zero() -> None:
     gain, zero, _ = noise.spread["friction_force"]
     assert np.hypot(100.0 * gain, zero) < 6.0
     assert noise.sizes == pytest.approx(1.0, rel=0.1)
+
+
+TURNING: dict[str, float | str] = {
+    "kinematics": "internal", "F_C": 90.0, "F_S": 108.0, "v_s": 0.27, "sigma0": 9.3e6, "sigma1": 0.94, "sigma2": 2.0,
+    "shear_stress": 4.46e8, "amplitude_x": 0.0, "amplitude_y": 0.0, "feed": 1e-4, "width": 2e-3,
+}  # fmt: skip
+
+
+def turned(seed: int) -> Experiment:
+    """Three cuts without vibration, twice each: a force that stands still but for its first samples, with a white and a slow noise."""
+    luck, times, trials = np.random.default_rng(seed), np.arange(1600) / 8000, list[Trial]()
+    for speed in (0.25, 0.375, 0.5):
+        values = {"cutting_speed": speed}
+        still = MODEL.simulate(Run(times, {}, ("principal_force",)), (), {**TURNING, **values})["principal_force"]
+        for k in range(2):
+            slow = np.convolve(luck.normal(size=times.size + 399), np.full(400, 0.04), mode="valid")
+            measured = still + 4 * luck.normal(size=times.size) + slow
+            trials.append(Trial(f"{speed}-{k}.csv", f"{speed} m/s", values, times, {}, {"principal_force": measured}))
+    signals = {"principal_force": Signal("principal_force", "F", "N", "output")}
+    return Experiment(Path(), "turning", "", Nominal(TURNING, (), {}), signals, tuple(trials), None, "")
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_what_first_samples_alone_tell_apart_is_no_difference_of_gain_and_zero(seed: int) -> None:
+    """Of 278 N a zero of up to 560 N between repeats was told, with a gain that took it back: the noise was then larger than the force,
+    and no gap could be seen."""
+    prediction = Prediction(MODEL, turned(seed))
+    gain, zero, clock = estimate_noise(prediction, prediction.one()).spread["principal_force"]
+    assert gain <= CONSTANTS.prior_trial_gain
+    assert zero < 5.0
+    assert clock <= CONSTANTS.prior_trial_clock

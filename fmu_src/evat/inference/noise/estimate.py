@@ -274,15 +274,11 @@ def _spread(
     excess, weight = np.zeros(BETWEEN), np.zeros(BETWEEN)
     for coefficients, basis in slopes:
         white = np.column_stack([innovations(filter_, column) for column in basis.T]) / size
-        scale = _scale(white)
-        normal = (white / scale).T @ (white / scale)
-        errors = np.where(
-            scale > CONSTANTS.no_signal,
-            np.diag(np.linalg.pinv(normal, CONSTANTS.least_told_apart**2)) / np.maximum(scale, CONSTANTS.no_signal) ** 2,
-            np.inf,
-        )
+        errors = np.where(_scale(white) > CONSTANTS.no_signal, _variances(basis, white), np.inf)
         # A clock cannot be read off a force that stands still: what seems to be one there is what noise alone gives.
         known = (errors < 100 * usual**2) | (coefficients**2 > CONSTANTS.clear_difference**2 * errors)
+        # What together make up a drift of one repeat beside another are none of the three.
+        known &= np.all(np.abs(coefficients[errors < np.inf]) <= CONSTANTS.largest_difference * usual[errors < np.inf])
         beyond = coefficients**2 - errors
         excess += share * np.where(known, np.maximum(beyond, 0.0) if prior else beyond, 0.0)
         weight += share * known
@@ -290,6 +286,19 @@ def _spread(
         excess, weight = excess + CONSTANTS.prior_trials * usual**2, weight + CONSTANTS.prior_trials
     spread: FloatArray = np.sqrt(np.maximum(excess, 0.0) / np.maximum(weight, 1.0))
     return spread
+
+
+def _variances(basis: FloatArray, white: FloatArray) -> FloatArray:
+    """Of coefficients that least squares tell, (BETWEEN,): in the directions that are told apart by `basis`, and in none but these.
+
+    white : (n, BETWEEN), the basis in the noise's innovations, where one that is not told apart there may look as if it were.
+    """
+    scale = _scale(basis)
+    _, singular, directions = np.linalg.svd(basis / scale, full_matrices=False)
+    told = directions[singular > CONSTANTS.least_told_apart * singular[0]].T
+    normal = told.T @ ((white / scale).T @ (white / scale)) @ told
+    variances: FloatArray = np.diag(told @ np.linalg.pinv(normal, hermitian=True) @ told.T) / scale**2
+    return variances
 
 
 def _means(prediction: Prediction, residual: FloatArray, sizes: FloatArray, from_residual: bool) -> None:
