@@ -59,30 +59,33 @@ void first_order_response_in_mean(const lanes h, const lanes T, const lanes u_0,
 
 /* Short steps, where the coefficients of the parabola would cancel: the series of place and speed over the share of the
  * step, to rounding. */
-static void second_order_series(const lanes turn, const lanes zeta, const lanes w, const struct Oscillators *o, int n,
+static void second_order_series(const lanes turn, const lanes zeta, const lanes w, const struct Oscillators *o,
                                 lanes half[2][2], lanes whole[2][2])
 {
     enum { TERMS = 11 }; /* (2 zeta turn)^11/11! of them is left out */
-    lanes drive[3], x, s;
-    EACH_LANE {
-        drive[0][i] = o->start[n][i];
-        drive[1][i] = 4 * o->middle[n][i] - 3 * o->start[n][i] - o->end[n][i];
-        drive[2][i] = 2 * (o->start[n][i] - 2 * o->middle[n][i] + o->end[n][i]);
-        half[OF_PLACE][n][i] = whole[OF_PLACE][n][i] = x[i] = o->at[OF_PLACE][n][i];
-        half[OF_SPEED][n][i] = whole[OF_SPEED][n][i] = s[i] = o->at[OF_SPEED][n][i] / w[i];
-    }
+    lanes drive[3][2], x[2], s[2];
+    EACH_LANE
+        for (int n = 0; n < 2; ++n) {
+            drive[0][n][i] = o->start[n][i];
+            drive[1][n][i] = 4 * o->middle[n][i] - 3 * o->start[n][i] - o->end[n][i];
+            drive[2][n][i] = 2 * (o->start[n][i] - 2 * o->middle[n][i] + o->end[n][i]);
+            half[OF_PLACE][n][i] = whole[OF_PLACE][n][i] = x[n][i] = o->at[OF_PLACE][n][i];
+            half[OF_SPEED][n][i] = whole[OF_SPEED][n][i] = s[n][i] = o->at[OF_SPEED][n][i] / w[i];
+        }
     double share = 1;
     for (int k = 0; k < TERMS - 1; ++k) {
         share *= 0.5;
         EACH_LANE {
-            const double part = turn[i] / (k + 1),
-                         next = part * ((k < 3 ? drive[k < 3 ? k : 0][i] : 0) - x[i] - 2 * zeta[i] * s[i]);
-            x[i] = part * s[i];
-            s[i] = next;
-            whole[OF_PLACE][n][i] += x[i];
-            whole[OF_SPEED][n][i] += s[i];
-            half[OF_PLACE][n][i] += share * x[i];
-            half[OF_SPEED][n][i] += share * s[i];
+            const double part = turn[i] / (k + 1);
+            for (int n = 0; n < 2; ++n) {
+                const double next = part * ((k < 3 ? drive[k < 3 ? k : 0][n][i] : 0) - x[n][i] - 2 * zeta[i] * s[n][i]);
+                x[n][i] = part * s[n][i];
+                s[n][i] = next;
+                whole[OF_PLACE][n][i] += x[n][i];
+                whole[OF_SPEED][n][i] += s[n][i];
+                half[OF_PLACE][n][i] += share * x[n][i];
+                half[OF_SPEED][n][i] += share * s[n][i];
+            }
         }
     }
 }
@@ -123,8 +126,8 @@ static void second_order_after(double part, const lanes turn, const lanes zeta, 
     EACH_LANE
         turned[i] = part * turn[i];
     free_response(turned, zeta, cosine, sine);
-    for (int n = 0; n < 2; ++n)
-        EACH_LANE {
+    EACH_LANE
+        for (int n = 0; n < 2; ++n) {
             const int by_parabola = !(turn[i] < SHORT_TURN);
             const double to = turned[i], whole = by_parabola ? turn[i] : 1, start = o->start[n][i],
                          middle = o->middle[n][i], end = o->end[n][i];
@@ -149,14 +152,14 @@ void second_order_responses(const lanes h, const lanes w, const lanes zeta, cons
         some_short |= turn[i] < SHORT_TURN;
         some_long |= !(turn[i] < SHORT_TURN);
     }
-    for (int n = 0; some_short && n < 2; ++n)
-        second_order_series(turn, zeta, w, oscillators, n, half, whole);
+    if (some_short)
+        second_order_series(turn, zeta, w, oscillators, half, whole);
     if (some_long) {
         second_order_after(0.5, turn, zeta, w, oscillators, half);
         second_order_after(1, turn, zeta, w, oscillators, whole);
     }
-    for (int n = 0; n < 2; ++n)
-        EACH_LANE {
+    EACH_LANE
+        for (int n = 0; n < 2; ++n) {
             half[OF_SPEED][n][i] *= w[i];
             whole[OF_SPEED][n][i] *= w[i];
         }
@@ -166,8 +169,8 @@ void second_order_responses_in_mean(const lanes h, const lanes w, const lanes ze
                                     lanes half[2][2], lanes whole[2][2])
 {
     second_order_responses(h, w, zeta, o, half, whole);
-    for (int n = 0; n < 2; ++n)
-        EACH_LANE {
+    EACH_LANE
+        for (int n = 0; n < 2; ++n) {
             const double turn = w[i] * h[i], place = o->at[OF_PLACE][n][i];
             const int long_step = turn > SHORT_STEP;
             const double moved = whole[OF_PLACE][n][i] - place,
