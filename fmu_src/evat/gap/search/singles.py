@@ -109,11 +109,8 @@ def _fit_from_nominal_values(candidates: Candidates, effects: Sequence[Effect]) 
         whole = candidates.fit_beside(base, start, np.concatenate([base.point, start.point]), (name,))
         before = models[key].likelihood.evidence if key in models else rough[key]
         if whole is not None and whole.likelihood.evidence > before:
-            models[key], rough[key], candidates.fronts[name] = (
-                whole,
-                whole.likelihood.evidence,
-                (start, whole.point[: base.point.size + start.point.size]),
-            )
+            models[key], rough[key] = whole, whole.likelihood.evidence
+            candidates.fronts[name] = start, whole.point[: base.point.size + start.point.size]
 
 
 def _leaves_a_gap(candidates: Candidates) -> bool:
