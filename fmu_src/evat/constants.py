@@ -582,6 +582,10 @@ class _Constants(ConstantTable):
     )
     next_experiment_factors = Constant((0.25, 0.5, 2.0, 4.0), "of what has been measured", "inputs as a whole, or a value of the condition")
     next_experiment_samples = Constant(1500, "samples", "of a trial that an advised experiment is simulated for", source="budget of work")
+    next_experiment_conditions = Constant(4, "conditions", "that an advised experiment may start from", source="budget of work")
+    next_experiment_hypotheses = Constant(
+        4, "hypotheses", "likely ones, that an advised experiment is to tell apart", source="budget of work"
+    )
     averaged_samples = Constant(10, "samples", "over which noise averages out where two models differ for long, in an advised experiment")
     least_form_in_advice = Constant(0.01, "of the rms", "by which models of this kind are wrong at least, where an experiment is advised")
     detected_amplitude = Constant(3.0, "sd", "an amplitude that would show")

@@ -461,7 +461,7 @@ def test_what_is_likelier_than_the_rest_and_not_alone_is_called_likely(outcome: 
     seen = replace(
         answer.closure, closed_share=nan, interval=(nan, nan), held_out_conditions=(), closed_share_where_fitted=(0.93, (0.9, 0.96))
     )
-    advised = replace(open_, advice=Advice({"slip_velocity": 0.01}, (on, other), 0.62), closure=seen)
+    advised = replace(open_, advice=Advice("b", {"slip_velocity": 0.01}, (on, other), 0.62), closure=seen)
     fewer = "with fewer than 3 conditions none can be held out of the fits"
     said = headline(advised, comparison)
     assert said.share == "93 %"
@@ -536,7 +536,7 @@ def test_below_even_odds_a_cause_is_called_unsure(outcome: tuple[Diagnosis, Comp
     answer, comparison = outcome
     on, other = Hypothesis((EFFECT,)), Hypothesis(("sensor_offset",))
     judged = replace(answer.judgement, probabilities={on: 0.49, other: 0.31, Hypothesis(()): 0.15}, likely=(on, other, Hypothesis(())))
-    open_ = replace(answer, judgement=judged, advice=Advice({"slip_velocity": 0.01}, (on, other), 0.72))
+    open_ = replace(answer, judgement=judged, advice=Advice("b", {"slip_velocity": 0.01}, (on, other), 0.72))
     said = headline(open_, comparison)
     assert (said.status, said.tone) == ("cause unsure", "attention")
     assert sentence(open_, share=False) == (
@@ -552,7 +552,7 @@ def test_an_experiment_is_advised_where_the_words_do(outcome: tuple[Diagnosis, C
     """The words said to put the clock right, or to use the values, and the file beside them advised another condition."""
     answer, comparison = outcome
     on, other, none = Hypothesis((EFFECT,)), Hypothesis(("sensor_offset",)), Hypothesis(())
-    advised = replace(answer, advice=Advice({"slip_velocity": 0.01}, (on, other), 0.72))
+    advised = replace(answer, advice=Advice("b", {"slip_velocity": 0.01}, (on, other), 0.72))
     sure = replace(answer.judgement, chosen=none, likely=(none,))
     unsure = replace(answer.judgement, probabilities={on: 0.5, other: 0.4, none: 0.1}, likely=(on, other))
     clock = SetUpError("friction_force", "clock", 2e-4, 1e-5, "s", 1e-3, False, {"friction_force": 1.0})
@@ -579,7 +579,10 @@ def test_an_experiment_is_advised_where_the_words_do(outcome: tuple[Diagnosis, C
             (document["next_experiment"] is not None) == ("with a probability of 72 % that tells" in words) == (each.next_step in RECORDED)
         )
         if document["next_experiment"] is not None:
-            _agrees(document["next_experiment"], {"values": {"<>": NUMBER}, "separates": [[TEXT]], "expected_probability": NUMBER})
+            _agrees(
+                document["next_experiment"],
+                {"condition": TEXT, "values": {"<>": NUMBER}, "separates": [[TEXT]], "expected_probability": NUMBER},
+            )
     assert {each.next_step in RECORDED for each in answers} == {True, False}
 
 

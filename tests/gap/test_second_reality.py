@@ -99,7 +99,7 @@ def test_an_advised_condition_is_recorded_by_the_same_rig(
     name: str, factors: dict[str, float], column: str, cases: dict[str, tuple[Case, Path]], tmp_path: Path
 ) -> None:
     case, place = cases[name]
-    condition, now = advised.recorded(place)
+    condition, now = next(iter(advised.recorded(place).items()))
     with np.errstate(all="ignore"):
         advised.write("001", case.label, advised.place_of(condition), factors, tmp_path)
     longer, before = (read_experiment(folder, ContactModel(1)) for folder in (tmp_path / "001", place))
@@ -118,21 +118,24 @@ def test_an_advised_condition_is_recorded_by_the_same_rig(
 
 def test_what_was_advised_is_what_is_set() -> None:
     rng, now = np.random.default_rng(0), {"slip_velocity": 0.2, "contact_temperature": 343.15}
-    assert advised.factors_of("advised", {"slip_velocity": 0.101}, now, rng) == {"slip_velocity": 0.5}
-    assert advised.factors_of("advised", {"contact_temperature": 393.0}, now, rng) == {"contact_temperature": 2.0}
-    by_lot = [advised.factors_of("random", {}, now, rng) for _ in range(40)]
-    assert {name for one in by_lot for name in one} == set(now)
-    assert {value for one in by_lot for value in one.values()} == set(advised.FACTORS)
+    assert advised.factors_of({"slip_velocity": 0.101}, now) == {"slip_velocity": 0.5}
+    assert advised.factors_of({"contact_temperature": 393.0}, now) == {"contact_temperature": 2.0}
+    by_lot = [advised.by_lot({"cond1": now, "cond2": now}, rng) for _ in range(40)]
+    assert {condition for condition, _ in by_lot} == {"cond1", "cond2"}
+    assert {name for _, factors in by_lot for name in factors} == set(now)
+    assert {value for _, factors in by_lot for value in factors.values()} == set(advised.FACTORS)
+    assert (advised.place_of("cond3"), advised.place_of("test 12")) == (2, 11)
 
 
 def test_only_ambiguous_answers_with_an_advice_are_carried_out(tmp_path: Path) -> None:
-    said = {"1": ("ambiguous", {"values": {"feed": 1e-5}}), "2": ("effect", {"values": {"feed": 1e-5}}), "3": ("ambiguous", None)}
+    feed = {"condition": "cond1", "values": {"feed": 1e-5}}
+    said = {"1": ("ambiguous", feed), "2": ("effect", feed), "3": ("ambiguous", None)}
     said["4"] = said["1"]
     for name, (verdict, advice) in said.items():
         (tmp_path / name).mkdir()
         (tmp_path / name / "diagnosis.json").write_text(json.dumps({"verdict": verdict, "next_experiment": advice}))
     labels = {name: {"truth": "unknown" if name == "4" else "single"} for name in (*said, "5")}
-    assert advised.ambiguous(labels, tmp_path) == [("1", {"feed": 1e-5})]
+    assert advised.ambiguous(labels, tmp_path) == [("1", feed)]
 
 
 def test_nothing_of_the_truth_is_in_a_case(cases: dict[str, tuple[Case, Path]]) -> None:

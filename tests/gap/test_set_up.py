@@ -44,7 +44,7 @@ def test_a_rest_that_effects_may_be_is_told_with_their_odds() -> None:
     assert (said.status, said.tone) == ("no effect named", "note")
     assert re.search(r"takes up most of the gap\. That no effect acts is likeliest \(\d\d %\), if it is not lean \(\d+ %\)", said.sentence)
     assert "and this is the most that it may be" in said.reasons[0]
-    assert " If that is right, record more conditions; by these two models best at " in said.next
+    assert " If that is right, record more conditions; by these models best " in said.next
     assert said.next.endswith(" tells no effect from lean.")
 
 

@@ -109,7 +109,7 @@ def conclude(comparison: Comparison, known: Constants, said: tuple[str, ...] = (
         where=_location(comparison, judgement),
         closure=closure,
         cannot_tell=missing,
-        advice=next_experiment(comparison, judgement.probabilities),
+        advice=next_experiment(comparison, judgement),
         made_by={
             "version": version,
             "model": prediction.model.digest,

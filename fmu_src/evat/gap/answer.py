@@ -229,6 +229,7 @@ class Diagnosis(ShownAsTable):
             "next_experiment": None
             if self.next_experiment is None
             else {
+                "condition": self.next_experiment.condition,
                 "values": {name: _number(value) for name, value in self.next_experiment.values.items()},
                 "separates": [["+".join(on) or "none" for on in self.next_experiment.separates]],
                 "expected_probability": _number(self.next_experiment.expected_probability),

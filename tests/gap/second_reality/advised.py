@@ -37,28 +37,34 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--jobs", type=int, default=1, help="cases at a time, each on one core")
 
 
-def recorded(case: Path) -> tuple[str, dict[str, float]]:
-    """The condition that an advice starts from, and its inputs (rms) and values, SI."""
+def recorded(case: Path) -> dict[str, dict[str, float]]:
+    """What was recorded at each condition: its inputs (rms) and values, SI."""
     from evat.experiment.read import read_experiment
     from evat.models.contact import ContactModel
 
-    experiment = read_experiment(case, ContactModel(1))
+    experiment, at = read_experiment(case, ContactModel(1)), dict[str, dict[str, float]]()
+    for trial in experiment.trials:
+        inputs = {name: float(np.sqrt(np.mean(column**2))) for name, column in trial.inputs.items()}
+        at.setdefault(trial.condition, {**inputs, **trial.values})
     if experiment.means is not None:
-        return experiment.means.conditions[0], {name: float(column[0]) for name, column in experiment.means.values.items()}
-    trial = experiment.trials[0]
-    inputs = {name: float(np.sqrt(np.mean(column**2))) for name, column in trial.inputs.items()}
-    return trial.condition, {**inputs, **trial.values}
+        for row, condition in enumerate(experiment.means.conditions):
+            at.setdefault(condition, {name: float(column[row]) for name, column in experiment.means.values.items()})
+    return at
 
 
 def place_of(condition: str) -> int:
-    """cond3 is that of place 2; of means the first row is."""
-    return int(condition.removeprefix("cond")) - 1 if condition.startswith("cond") else 0
+    """`cond3` of records and `test 3` of means are of place 2."""
+    return int(condition.removeprefix("cond").removeprefix("test ")) - 1
 
 
-def factors_of(way: str, advice: Mapping[str, float], now: Mapping[str, float], rng: np.random.Generator) -> dict[str, float]:
-    """By how much what is set differs from what was recorded; by lot: one of what could be set."""
-    if way == "random":
-        return {str(rng.choice(sorted(now))): float(rng.choice(FACTORS))}
+def by_lot(at: Mapping[str, Mapping[str, float]], rng: np.random.Generator) -> tuple[str, dict[str, float]]:
+    """One of the conditions, and by how much one of what could be set there differs."""
+    condition = str(rng.choice(sorted(at)))
+    return condition, {str(rng.choice(sorted(at[condition]))): float(rng.choice(FACTORS))}
+
+
+def factors_of(advice: Mapping[str, float], now: Mapping[str, float]) -> dict[str, float]:
+    """By how much what is to be set differs from what was recorded."""
     factors = {}
     for name, value in advice.items():
         zero = AMBIENT if name == "contact_temperature" else 0.0
@@ -75,14 +81,14 @@ def write(case: str, label: Mapping[str, Any], place: int, factors: Mapping[str,
     folder.write(to / case, longer, np.random.default_rng([*seed[:-1], 2]))
 
 
-def ambiguous(labels: Mapping[str, Any], answers: Path) -> list[tuple[str, dict[str, float]]]:
-    """Cases whose answer was `ambiguous` and that had an advice."""
+def ambiguous(labels: Mapping[str, Any], answers: Path) -> list[tuple[str, dict[str, Any]]]:
+    """Cases whose answer was `ambiguous` and that had an advice, with it."""
     chosen = []
     for name, label in sorted(labels.items()):
         file = answers / name / "diagnosis.json"
         said = json.loads(file.read_text(encoding="utf-8")) if file.is_file() else {}
         if said.get("verdict") == "ambiguous" and said["next_experiment"] and label["truth"] != "unknown":
-            chosen.append((name, dict(said["next_experiment"]["values"])))
+            chosen.append((name, said["next_experiment"]))
     return chosen
 
 
@@ -95,15 +101,16 @@ def run(given: argparse.Namespace) -> int:
     labels = json.loads((given.labels / "labels.json").read_text(encoding="utf-8"))["cases"]
     chosen, done = ambiguous(labels, given.answers), list[str]()
     for number, (name, advice) in enumerate(chosen):
-        condition, now = recorded(given.cases / name)
-        rng = np.random.default_rng([7, number])
+        at = recorded(given.cases / name)
+        told = advice["condition"]
+        changes = {"advised": (told, factors_of(advice["values"], at[told])), "random": by_lot(at, np.random.default_rng([7, number]))}
         try:
-            for way in WAYS:
+            for way, (condition, factors) in changes.items():
                 if not (given.out / way / name / "experiment.toml").is_file():
-                    write(name, labels[name], place_of(condition), factors_of(way, advice, now, rng), given.out / way)
+                    write(name, labels[name], place_of(condition), factors, given.out / way)
             done.append(name)
         except NotDrawn as reason:
-            sys.stdout.write(f"{name}: {advice} is not run: {reason}\n")
+            sys.stdout.write(f"{name}: {advice['values']} is not run: {reason}\n")
     if not done:
         raise SystemExit(f"{given.answers}: no answer there is ambiguous and has an advice.")
     for way in WAYS:

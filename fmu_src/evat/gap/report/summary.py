@@ -196,7 +196,7 @@ def _check(answer: Diagnosis, comparison: Comparison) -> str:
 
 
 def _experiment(answer: Diagnosis, comparison: Comparison) -> str:
-    """The condition that tells the two likeliest models apart."""
+    """The condition that tells the likely models apart."""
     if answer.next_experiment is None:
         return ""
     signals = comparison.prediction.experiment.signals
@@ -206,7 +206,8 @@ def _experiment(answer: Diagnosis, comparison: Comparison) -> str:
     )
     one, other = (str(on) for on in answer.next_experiment.separates)
     how = sure(answer.next_experiment.expected_probability)
-    return f"record more conditions; by these two models best at {at}: with a probability of {how} that tells {one} from {other}."
+    like = answer.next_experiment.condition
+    return f"record more conditions; by these models best {like!r} with {at}: with a probability of {how} that tells {one} from {other}."
 
 
 def _place(answer: Diagnosis, comparison: Comparison) -> str:
