@@ -252,7 +252,7 @@ def _basis(prediction: Prediction, segment: Segment, predicted: FloatArray) -> F
 
 
 def _scale(basis: FloatArray) -> FloatArray:
-    scale: FloatArray = np.sqrt(np.mean(basis**2, axis=0)) + 1e-300
+    scale: FloatArray = np.maximum(np.sqrt(np.mean(basis**2, axis=0)), CONSTANTS.no_signal)
     return scale
 
 
