@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import multiprocessing
 import os
@@ -22,6 +23,7 @@ import pytest
 import typer
 from evat.commands.main import COMMANDS, _for_all_first, app, loaded, main
 from evat.commands.shared import picture_beside, stoppable
+from evat.experiment import SetupSd
 from evat.experiment.compression import read_or_compress
 from evat.files.writing import OutputError, put
 from evat.native import kernel
@@ -91,6 +93,17 @@ def test_check_identify_and_diagnose_give_one_answer_on_a_gap_in_a_clock(tmp_pat
     assert code == 1
     assert "the clock jumps by 1.51 s after sample 10 (t = 0.09 s)" in complaint
     assert "cut the file there into two trials" in complaint
+
+
+def test_check_asks_whether_a_large_zero_is_in_the_unit_of_its_column(tmp_path: Path) -> None:
+    """In newtons, of a motor's current: 32 N of 68 N passed without a word."""
+    made = evat.orthogonal({"friction_law": "coulomb", "F_C": 3.0}, repeats=1, speeds=[0.5], rate=100.0)
+    for zero, asked in ((0.1, False), (1.2, True)):
+        stated = dataclasses.replace(made, setup_sd={"friction_force": SetupSd(zero=zero)})
+        code, _, complaint = said("experiment", "check", str(evat.write_experiment(stated, tmp_path / f"rig {zero}")))
+        assert code == 0
+        assert ("setup_sd.friction_force.zero lets its zero be off by 1.2 N" in complaint) == asked
+        assert ("It is in the unit of the column, N: is that meant?" in complaint) == asked
 
 
 @pytest.mark.parametrize(("typed", "offered"), [("evat system ", {"run", "sweep"}), ("evat identify --se", {"--search", "--seed"})])

@@ -23,6 +23,7 @@ from evat.experiment.read import read_experiment, scan_experiment
 from evat.experiment.write import write_experiment
 from evat.files import stream
 from evat.files.writing import OutputError
+from evat.inference.parameters import nominal_parameters
 from evat.inference.prediction import Prediction
 from evat.models.contact import ContactModel
 from evat.native import kernel
@@ -32,6 +33,7 @@ from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 MODEL = ContactModel()
+VARIABLES = {variable.name: variable for variable in MODEL.variables}
 VALUES = "values = { cutting_speed = 0.25 }"
 TOML = """
 format = 1
@@ -764,6 +766,18 @@ def test_what_no_signal_describes_is_not_written(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
+def test_a_temperature_is_known_to_some_kelvins_unless_stated() -> None:
+    """To a tenth of its kelvins, like all that nobody stated, an ambient one would be anything from 5 to 50 degrees."""
+    ambient, friction = VARIABLES["ambient_temperature"], VARIABLES["F_C"]
+    assert [Nominal({}, (), {}).known_to(each) for each in (ambient, friction)] == [0.01, 0.1]
+    assert Nominal({}, (), {"ambient_temperature": 0.05}).known_to(ambient) == 0.05
+    assert Nominal({}, (), {}, default_relative_sd=0.0).known_to(ambient) == 0.0
+    (parameter,) = nominal_parameters(
+        MODEL, Experiment(Path(), "rig", "", Nominal({"ambient_temperature": 293.15}, (), {}), {}, (), None, "")
+    )
+    assert parameter.value(1.0) - parameter.mean == pytest.approx(2.95, rel=0.01)
+
+
 @pytest.mark.parametrize("suffix", [".csv", ".parquet"])
 @settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(made=experiments())
@@ -774,7 +788,7 @@ def test_what_is_written_is_read_to_the_last_bit(tmp_path_factory: pytest.TempPa
     assert (recorded.title, recorded.intended_use, recorded.signals) == (made.title, made.intended_use, made.signals)
     assert (recorded.nominal.values, recorded.nominal.effects) == (made.nominal.values, made.nominal.effects)
     for name in ("F_C", "thermal_softening.Q"):  # known as well as before, whether it is said for all or for each
-        before, after = (some.nominal.relative_sd.get(name, some.nominal.default_relative_sd) for some in (made, recorded))
+        before, after = (some.nominal.known_to(VARIABLES[name]) for some in (made, recorded))
         assert before == after
     for ours, theirs in zip(made.trials, recorded.trials, strict=True):
         assert (ours.condition, dict(ours.values)) == (theirs.condition, theirs.values)

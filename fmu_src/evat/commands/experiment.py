@@ -50,7 +50,7 @@ def check(
     from evat.experiment.skips import skipped
     from evat.inference.checks import check_crowd, check_gap, check_rows
     from evat.models.contact import ContactModel
-    from evat.plots.experiment_page import channels_of, conditions_told, means_of, setup_known, trials_of, values_known
+    from evat.plots.experiment_page import channels_of, conditions_told, large_zeros, means_of, setup_known, trials_of, values_known
 
     check_page(to)
     with share_done(f"checking {folder.name}") as progress:
@@ -93,7 +93,7 @@ def check(
     nominal, model = document.nominal, ContactModel()
     unread = unread_inputs(model, nominal.values, recorded, stated)
     unused = unused_by_law(model, kernel.laws(), nominal.values, nominal.effects, recorded)
-    doubts = [*unread, *unused, *skipped(scan), *(remark.text for remark in scan.remarks)]
+    doubts = [*unread, *unused, *skipped(scan), *large_zeros(scan), *(remark.text for remark in scan.remarks)]
     for doubt in doubts:
         err.print(marked("warning:", "bold yellow", doubt), soft_wrap=True)
     out.print(f"data {scan.data_hash}", highlight=False, soft_wrap=True)

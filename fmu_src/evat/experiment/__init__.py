@@ -85,9 +85,12 @@ class Nominal:
     """The model as its owner believes it today.
 
     `values` are complete (the parameter set with what overrides it; friction_law and kinematics are names of choices), `relative_sd` holds
-    only what was given; for the rest `default_relative_sd` counts. `parameters` names the set or its file, "" where there is none.
-    `initial_bristle` says how bristles are bent when a trial begins: not at all, as in steady slip, or anyhow.
+    only what was given; for the rest `default_relative_sd` counts, of a temperature TEMPERATURE_SD at most. `parameters` names the set or
+    its file, "" where there is none. `initial_bristle` says how bristles are bent when a trial begins: not at all, as in steady slip, or
+    anyhow.
     """
+
+    TEMPERATURE_SD: ClassVar[float] = 0.01  # 3 K of an ambient one: a tenth of what is counted from absolute zero is 30 K
 
     values: Mapping[str, float | str]
     effects: tuple[str, ...]
@@ -95,6 +98,11 @@ class Nominal:
     default_relative_sd: float = 0.1
     parameters: str = ""
     initial_bristle: InitialBristle = "free"
+
+    def known_to(self, variable: Variable) -> float:
+        """The standard deviation of its value, as a share of it."""
+        usual = min(self.default_relative_sd, self.TEMPERATURE_SD) if variable.unit == "K" else self.default_relative_sd
+        return self.relative_sd.get(variable.name, usual)
 
 
 @dataclass(frozen=True, slots=True)

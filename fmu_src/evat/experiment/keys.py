@@ -61,7 +61,12 @@ TABLES: dict[str, tuple[Key, ...]] = {
         Key("parameters", "text", "", "a shipped set, or a path to an .ssv file beside this one"),
         Key("effects", "list of names", "those of parameters", "effects that are in the nominal model already"),
         Key("values", "table of numbers", "", "SI, by the component's names; they come over parameters"),
-        Key("relative_sd", "table of numbers", "0.1 each", "how well each value is known, as a share of it; 0 is exact"),
+        Key(
+            "relative_sd",
+            "table of numbers",
+            "0.1 each, 0.01 of temperatures",
+            "how well each value is known, as a share of it; 0 is exact",
+        ),
         Key("proxy_source", "a choice", "slip_speed", "what heats the contact; a recorded temperature counts where it is named"),
         Key("initial_bristle", "free, relaxed or slid_in", "free", "how bristles are bent when a trial begins"),
         Key("mass", "number, kg", "0", "moves with the slip; mass times acceleration is taken off the friction force"),

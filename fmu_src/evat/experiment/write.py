@@ -157,7 +157,8 @@ def _nominal(nominal: Nominal) -> dict[str, Any]:
     values = {name: value for name, value in nominal.values.items() if name not in keys}
     relative_sd = dict(nominal.relative_sd)
     if nominal.default_relative_sd != BELIEVED.default_relative_sd:
-        relative_sd = {name: nominal.default_relative_sd for name, value in values.items() if not isinstance(value, str)} | relative_sd
+        known = {name: nominal.known_to(kernel.variable(name)) for name, value in values.items() if not isinstance(value, str)}
+        relative_sd = known | relative_sd
     table["effects"] = list(nominal.effects)
     if nominal.initial_bristle != BELIEVED.initial_bristle:
         table[INITIAL_BRISTLE] = nominal.initial_bristle

@@ -88,8 +88,8 @@ class Objective:
 
     def known_to(self, name: str) -> float:
         """The share of a nominal value to within which it is known."""
-        nominal = self.prediction.experiment.nominal
-        return nominal.relative_sd.get(name, nominal.default_relative_sd)
+        variable = next(variable for variable in self.prediction.model.variables if variable.name == name)
+        return self.prediction.experiment.nominal.known_to(variable)
 
     def at(self, point: FloatArray) -> Prediction:
         """The prediction with what an unknown start of its trials changes at a point (p,) of the cube."""

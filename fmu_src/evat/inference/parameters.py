@@ -60,7 +60,7 @@ def nominal_parameters(model: Model, experiment: Experiment) -> tuple[Parameter,
     parameters = []
     for variable in model.variables:
         value = experiment.nominal.values.get(variable.name)
-        share = experiment.nominal.relative_sd.get(variable.name, experiment.nominal.default_relative_sd)
+        share = experiment.nominal.known_to(variable)
         if variable.type != "real" or variable.variability != "tunable" or not isinstance(value, (int, float)):
             continue
         if variable.name in set_by_trials or variable.name in off or share == 0 or value == 0 or variable.reference:

@@ -22,6 +22,7 @@ from evat.plots.experiment import drawn
 from evat.units import display
 
 PAGE = "experiment.html"  # in the folder of an experiment
+LARGE_ZERO = 0.2  # of the root mean square of its channel: a zero that may be off by more is hardly meant
 EVEN = 1.01  # longest over shortest step up to which a clock is called even
 REPORTS = {"diagnosis.json": "diagnosis", "identification.json": "identification"}  # what lies beside a report.html, and what that is of
 
@@ -117,7 +118,7 @@ def values_known(document: Document) -> str:
         known = kernel.variable(name)
         if not isinstance(value, str) and known.type == "real":
             stays = value == 0 or known.variability != "tunable" or known.reference
-            share = 0.0 if stays else nominal.relative_sd.get(name, nominal.default_relative_sd)
+            share = 0.0 if stays else nominal.known_to(known)
             shares.setdefault(share, []).append(name)
     told = [f"{_known_to(share)}: {', '.join(shares[share])}" for share in sorted(shares, reverse=True)]
     return f"values are known (standard deviation) {'; '.join(told)}" if told else ""
@@ -138,6 +139,20 @@ def setup_known(scan: Scan) -> str:
     for name in measured:
         alike.setdefault(told(document.setup_sd.get(name, SetupSd()), name), []).append(name)
     return "set-up is known (standard deviation) " + "; ".join(f"of {', '.join(names)} to: {each}" for each, names in alike.items())
+
+
+def large_zeros(scan: Scan) -> tuple[str, ...]:
+    """Zeros that are stated to be off by much of what their channel shows, a sentence each: many are typed in another unit."""
+    told, signals = [], scan.document.signals
+    for name, sd in scan.document.setup_sd.items():
+        largest = max((trial.rms.get(name, 0.0) for trial in scan.trials), default=0.0)
+        if sd.zero is not None and largest > 0 and sd.zero > LARGE_ZERO * largest:
+            own, rms, unit = shown(sd.zero, name, signals), shown(largest, name, signals), signals[name].unit
+            told.append(
+                f"setup_sd.{name}.zero lets its zero be off by {own}, where its root mean square is {rms} at most. It is in the unit of "
+                f"the column, {unit}: is that meant?"
+            )
+    return tuple(told)
 
 
 def page(scan: Scan, to: Path, recordings: Experiment | None, doubts: Sequence[str], left_out: str = "") -> str:
