@@ -196,6 +196,20 @@ def test_a_clock_between_samples_makes_no_gain_beside_jumps() -> None:
         assert np.std(rest) == pytest.approx(0.005, rel=0.15)
 
 
+def test_repeats_that_begin_a_sample_apart_are_no_burst() -> None:
+    """A cut into a blank: of two repeats one enters two samples later, and their difference jumps where only the other is predicted to."""
+    draw, places = np.random.default_rng(6), np.arange(600)
+    forces = [np.where(places < entry, 0.0, 80.0) for entry in (57, 59)]
+    measured = [np.where(places < entry, 0.0, 80.0) + draw.normal(size=600) for entry in (58, 58)]
+    trials = [
+        Trial(f"{n}.csv", "c", {}, 0.004 * places, {"slip_velocity": np.full(600, 0.5)}, {"friction_force": each})
+        for n, each in enumerate(measured)
+    ]
+    noise = estimate_noise(Prediction(MODEL, experiment(*trials, nominal=TRUTH)), np.concatenate(forces))
+    assert noise.irregular["friction_force"].share < 0.05
+    assert noise.sizes == pytest.approx(1.0, rel=0.15)
+
+
 def standing(interval: float, rng: np.random.Generator, condition: str) -> tuple[list[Trial], FloatArray]:
     """Three repeats of a force that comes on at once and then stands still, and the force without its noise."""
     clean = np.where(np.arange(400) < 60, 0.0, 73.0)

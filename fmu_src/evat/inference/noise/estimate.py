@@ -103,14 +103,15 @@ def estimate_noise(prediction: Prediction, predicted: FloatArray, *, prior: bool
                 alike = [(places[each], at) for each, at in group]
                 rows = np.array([residual[prediction.segments[place].at][at] for place, at in alike])
                 rows = (rows - rows.mean(axis=0)) * np.sqrt(len(alike) / (len(alike) - 1))
+                together = np.array([predicted[prediction.segments[place].at][at] for place, at in alike])
                 degrees[channel] += len(alike) - 1
                 for (place, at), row in zip(alike, rows, strict=True):
                     segment = prediction.segments[place]
                     basis, shown[place] = _basis(prediction, segment, predicted)[at], predicted[segment.at][at]
-                    coefficients, calm = random_effects(basis, row, shown[place])
+                    coefficients, calm = random_effects(basis, row, together)
                     slopes.append((coefficients, basis[calm]))
                     fewer = np.sqrt(row.size / (row.size - BETWEEN))  # numbers than samples, once these were fitted
-                    left[place] = without_jumps(fewer * (row - basis @ coefficients), shown[place])
+                    left[place] = without_jumps(fewer * (row - basis @ coefficients), together)
         steps = [_step(prediction, place) for place in left]
         conditions = [prediction.segments[place].condition for place in left]
         irregulars[channel] = irregular(list(left.values()), steps, [shown[place] for place in left], conditions)
@@ -174,8 +175,8 @@ def stated_sd(prediction: Prediction) -> FloatArray:
 
 
 def without_jumps(row: FloatArray, predicted: FloatArray) -> FloatArray:
-    """What repeats do not share, with lines drawn across the jumps of the prediction: there a clock that differs leaves what is no noise,
-    and comes back in every cycle."""
+    """What a repeat does not share with others (n,), with lines drawn across the jumps of their predictions (n,) or (repeats, n): there a
+    clock that differs leaves what is no noise, and comes back in every cycle."""
     unsure = _beside_jumps(row, predicted)
     unsure[[0, -1]] = False
     places = np.arange(row.size)
@@ -183,13 +184,14 @@ def without_jumps(row: FloatArray, predicted: FloatArray) -> FloatArray:
 
 
 def _beside_jumps(row: FloatArray, predicted: FloatArray) -> BoolArray:
-    beside: BoolArray = CONSTANTS.bend_error * bends(predicted) > robust_sd(row)
+    steepest = np.max([bends(each) for each in np.atleast_2d(predicted)], axis=0)  # one that jumps a sample later jumps in the row, too
+    beside: BoolArray = CONSTANTS.bend_error * steepest > robust_sd(row)
     return beside
 
 
 def random_effects(basis: FloatArray, row: FloatArray, predicted: FloatArray) -> tuple[FloatArray, BoolArray]:
     """What a repeat has of each random effect (BETWEEN,), and the samples that tell so: not those beside jumps, where a clock that differs
-    by a part of a sample leaves what is as large as the jump, and neither gain nor zero."""
+    by a part of a sample leaves what is as large as the jump, and neither gain nor zero. predicted : of it, or of each repeat, (n,)."""
     scale, calm = _scale(basis), np.ones(row.size, dtype=bool)
     coefficients = np.zeros(BETWEEN)
     for _ in range(3):  # once more for what the first look took for noise
