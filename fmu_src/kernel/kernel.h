@@ -523,6 +523,8 @@ struct Effect {
     int settles; /* initial_state = steady: they begin where a motion as at the start leads in the end */
     /* What follows from parameters alone: worked out once for a call, into the configuration; may be NULL. */
     void (*prepare)(const lanes *p, struct Configuration *w);
+    /* What its states are where the bristle is bent at the start, and nothing says what they are; may be NULL. */
+    void (*begin)(const lanes *p, const struct Point *x, lanes *state);
     /* Add to or scale fields of its stage. */
     void (*act)(const lanes *p, const lanes *state, struct Point *x);
     /* States from the start of a step of h to its middle and end; and their rates at a point. For a given drive affine

@@ -76,6 +76,26 @@ static enum Status begin(struct Contact *contact)
     return kernel_event(contact);
 }
 
+/* Of a bristle that is bent at the start, what stands in its place, or beside it, is loaded alike. */
+static enum Status load_alike(struct Contact *contact, const struct Configuration *w)
+{
+    static const lanes now;
+    struct Point x;
+    int begins = 0, bent = 0;
+    for (int n = 0; n < w->on_count; ++n)
+        begins |= w->on[n]->begin != NULL;
+    EACH_LANE
+        bent |= contact->value[VAR_BRISTLE_DEFLECTION][i] != 0;
+    if (!begins || !bent)
+        return STATUS_OK;
+    point_at(contact, w, now, &x);
+    for (int n = 0; n < w->on_count; ++n)
+        if (w->on[n]->begin)
+            w->on[n]->begin(w->on_p[n], &x, x.state + w->on_state[n]);
+    store_states(contact, w, &x);
+    return kernel_event(contact);
+}
+
 enum Status kernel_start(struct Contact *contact, double time)
 {
     contact->effects_on = effects_switched_on(contact);
@@ -93,6 +113,8 @@ enum Status kernel_start(struct Contact *contact, double time)
         contact->slip_count[i] = contact->slip_first[i] = contact->slip_settled[i] = 0;
     contact->started = 1;
     enum Status status = begin(contact);
+    if (status == STATUS_OK)
+        status = load_alike(contact, &w);
     if (status == STATUS_OK && chosen(contact->value, VAR_INITIAL_STATE, 0) == STEADY)
         status = settle_states(contact);
     if (status == STATUS_OK && kernel_averages(contact))

@@ -119,3 +119,27 @@ def test_turning_without_vibration_has_the_friction_of_steady_sliding(law: str, 
     slipped, steady = (model.settled(outputs, on, {**values, **given}) for on, given in ((ON, own), ((), {})))
     for name in outputs:
         np.testing.assert_allclose(slipped[name], steady[name], rtol=1e-4)
+
+
+@pytest.mark.parametrize("bent", [0.3, -0.7, 1.0])
+def test_elements_begin_loaded_as_the_bristle_is_bent(bent: float) -> None:
+    """A rig that has moved before: they began unloaded, and a small loop goes on for ever beside where it should."""
+    way = [0.0, -1.2e-5, 1.5e-5, -0.5e-5, 4e-5]
+    force = shown(way, {"bristle_deflection": bent * F_C / SIGMA0})[1]
+    assert force[0] == pytest.approx(bent * F_C, abs=1e-6 * F_C)
+
+    def after(first: float) -> np.ndarray:
+        """The same way, from where another has led from elements without a load."""
+        return shown([0.0, first, *(first + x for x in way[1:])], {})[1][100:]
+
+    low, high = sorted((0.0, np.sign(bent) * 8e-5))
+    for _ in range(40):
+        middle = (low + high) / 2
+        low, high = (middle, high) if after(middle)[0] < force[0] else (low, middle)
+    np.testing.assert_allclose(force, after((low + high) / 2), atol=2e-3 * F_C)
+
+
+def test_loads_that_are_stated_stand() -> None:
+    stated = {f"maxwell_slip.load_{k}": 0.25 for k in range(1, 5)}
+    _, force = shown([0.0, 1e-6], {"bristle_deflection": F_C / SIGMA0, **stated})
+    assert force[0] == pytest.approx(0.25 * F_C, rel=1e-6)

@@ -44,6 +44,38 @@ static const struct Variable variables[COUNT] = {
 };
 /* clang-format on */
 
+/* Force of all over their limit, after a way from where none was loaded; and of each. */
+static double loaded(const lanes *p, int i, double way, double *load)
+{
+    double stroke = p[STROKE][i], sum = 0;
+    for (int k = ELEMENTS - 1; k >= 0; --k) {
+        load[k] = stop_after(0, 1, way / stroke);
+        sum += load[k];
+        stroke /= p[RATIO][i];
+    }
+    return sum / (double)ELEMENTS;
+}
+
+/* A bristle that is bent stands for elements which one way has loaded until they had its share of the limit. */
+static void begin(const lanes *p, const struct Point *x, lanes *state)
+{
+    EACH_LANE {
+        const double bent = x->target[i] != 0 ? smaller(fabs(x->z[i] / x->target[i]), 1) : 0;
+        double load[ELEMENTS] = {0}, low = 0, high = 4 * p[STROKE][i]; /* where the last has given way */
+        int stated = 0;
+        for (int k = 0; k < ELEMENTS; ++k)
+            stated |= state[k][i] != 0;
+        if (bent == 0 || stated)
+            continue;
+        for (int n = 0; n < 60; ++n) {
+            const double way = (low + high) / 2;
+            *(loaded(p, i, way, load) < bent ? &low : &high) = way;
+        }
+        for (int k = 0; k < ELEMENTS; ++k)
+            state[k][i] = copysign(load[k], x->z[i]);
+    }
+}
+
 /* Of a law whose bristle strives for a target, s0 |target| is the limit; one without has nothing to replace. */
 static void replace(const lanes *p, const lanes *state, struct Point *x)
 {
@@ -123,7 +155,7 @@ const struct Effect effect_maxwell_slip = {
     .rivals = "elasto_plastic",
     .family = "presliding", .form_of_law = 1,
     .stage = STAGE_BRISTLE, .driver = DRIVEN_BY_MOTION, .states = ELEMENTS, .forgets = 1,
-    .act = replace, .move = move, .rate = rate,
+    .begin = begin, .act = replace, .move = move, .rate = rate,
     .variables = variables, .count = COUNT,
 };
 /* clang-format on */
