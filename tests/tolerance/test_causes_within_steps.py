@@ -436,6 +436,19 @@ def test_a_tool_that_turns_for_a_moment_leaves_the_work_there() -> None:
     assert worst(Case("test", values, (), Motion.record(times, columns), 1e-5), "mean_principal_force") < 3
 
 
+def test_a_tool_whose_motion_into_the_work_dies_down_leaves_it_for_a_moment() -> None:
+    """A stroke as high as the feed leaves the work for a hundredth of a cycle, where the tool is about to turn, too: of the lesser of
+    thickness and approach three points show no minimum: 7 600 tolerances."""
+    values = {
+        "kinematics": "internal", "friction_law": "reset_integrator", "sigma0": 4.0338536e6, "sigma1": 1.1697641, "F_C": 15.321135,
+        "F_S": 8.4219496, "v_s": 5.0645766e-4, "vibration_frequency": 130.88382805, "amplitude_x": 1.719515774e-6,
+        "amplitude_y": 3.295044773e-6, "feed": 6.589218863e-6, "chip_flow_shear_angle": 0.5858246866, "phase_x": -1.380570276,
+        "phase_y": 3.3528736655,
+    }  # fmt: skip
+    case = vibrates(values, (), 1e-4, cycles=2, points=40, speed=0.00184658884)
+    assert worst(case, "friction_force", "bristle_deflection") < 3
+
+
 def test_a_gap_closes_as_late_as_the_way_across_it_is_off() -> None:
     """No force shows the way before it is over, and then it leaps: 11 tolerances of a friction force whose state was right to one."""
     values = {

@@ -104,12 +104,19 @@ static double field_dip(double side, const lanes a, const lanes m, const lanes b
     return dip(side * a[i], side * m[i], side * b[i]);
 }
 
+/* The same of the contact, which ends by the thickness or by the motion into the material: the lesser of both has kinks
+ * where a parabola through three points shows nothing. */
+static double contact_dip(const struct Point *a, const struct Point *m, const struct Point *b, int i)
+{
+    const double by_thickness = field_dip(1, a->h, m->h, b->h, i);
+    return by_thickness > 0 ? by_thickness : field_dip(1, a->approach, m->approach, b->approach, i);
+}
+
 /* May the tool leave the work and be back within the step? Where its forces move it step doubling tells. */
 static int may_leave(const struct Contact *contact, const struct Configuration *w, int i, const struct Point *a,
                      const struct Point *m, const struct Point *b)
 {
-    return contact->sign[AT_CONTACT][i] > 0 && !w->held && !w->feedback &&
-           field_dip(1, a->contact, m->contact, b->contact, i) > 0;
+    return contact->sign[AT_CONTACT][i] > 0 && !w->held && !w->feedback && contact_dip(a, m, b, i) > 0;
 }
 
 /* May the slip turn twice, or a law that knows no more than the slip change its side twice, within the step? Of laws
@@ -150,15 +157,17 @@ int any_event(const struct Contact *contact, const struct Configuration *w, cons
 
 /* In the lanes in which indicator k comes near to 0 and is not past it at middle or end: is it there? */
 static int look_into_dips(const struct Contact *contact, const struct Configuration *w, int k, const lanes s,
-                          const lanes h, const struct Point *start, const lanes *const at[3], const int asked[LANES],
-                          const int known[LANES], const int cut[LANES], struct Search *search)
+                          const lanes h, const struct Point *const points[3], const lanes *const at[3],
+                          const int asked[LANES], const int known[LANES], const int cut[LANES], struct Search *search)
 {
     lanes tau, share, now[INDICATORS];
     int any = 0;
     for (int i = 0; i < LANES; ++i) {
         const int in_contact = contact->sign[AT_CONTACT][i] > 0; /* out of it touches_within() looks */
         const int sought = asked[i] && cut[i] != JUMP && k != known[i] && in_contact && !search->open[i] && h[i] > 0;
-        share[i] = sought ? field_dip(contact->sign[k][i], *at[0], *at[1], *at[2], i) : 0;
+        share[i] = !sought           ? 0
+                   : k == AT_CONTACT ? contact_dip(points[0], points[1], points[2], i)
+                                     : field_dip(contact->sign[k][i], *at[0], *at[1], *at[2], i);
         tau[i] = s[i] + share[i] * h[i];
         any |= share[i] > 0;
     }
@@ -166,7 +175,7 @@ static int look_into_dips(const struct Contact *contact, const struct Configurat
         return 0;
     struct Point x;
     any = 0;
-    point_within(contact, w, k == AT_LAW, s, tau, start, &x);
+    point_within(contact, w, k == AT_LAW, s, tau, points[0], &x);
     indicators(w, &x, now);
     for (int i = 0; i < LANES; ++i) {
         if (!(share[i] > 0) || !(contact->sign[k][i] * now[k][i] < 0))
@@ -246,8 +255,9 @@ void cut_at_events(const struct Contact *contact, const struct Configuration *w,
             search.at_high[i] = early ? at_middle[k][i] : at_end[k][i];
         }
         if (!w->held && ((k == AT_CONTACT && !w->feedback) || (!w->law->relaxes && (k == AT_SLIP || k == AT_LAW)))) {
+            const struct Point *const points[3] = {start, middle, end};
             const lanes *const at[3] = {&at_start[k], &at_middle[k], &at_end[k]};
-            any |= look_into_dips(contact, w, k, s, h, start, at, asked, known, cut, &search);
+            any |= look_into_dips(contact, w, k, s, h, points, at, asked, known, cut, &search);
         }
         if (k == AT_SURFACE)
             any |= look_before_turn(contact, w, s, h, start, at_start[k], at_middle[k], before, asked, known, cut,
