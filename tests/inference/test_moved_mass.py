@@ -38,8 +38,30 @@ def test_what_is_heavier_adds_its_inertia() -> None:
     )
 
 
-def test_where_no_mass_is_stated_none_is_fitted() -> None:
-    assert NAME not in Prediction(MODEL, rig(0.0, 0.0)).setup.names
+def test_where_no_mass_is_stated_one_is_no_part_of_a_fit() -> None:
+    """Of a usual inertia of 3 % of the force, and never below 0, it is there where it is clear alone: it stands beside effects."""
+    prediction = Prediction(MODEL, rig(0.0, 0.0))
+    mass = prediction.setup.unstated_mass
+    assert mass is not None
+    inertia = mass.sd * np.concatenate([np.gradient(motion, STEP) for motion in (TO_AND_FRO, FASTER)])
+    assert np.sqrt(np.mean(inertia**2) / np.mean(prediction.measured**2)) == pytest.approx(0.03)
+    assert (mass.name, mass.low) == (NAME, 0.0)
+    assert mass not in prediction.setup.parameters
+    at_rest = replace(rig(0.0, 0.0), trials=tuple(trial(np.zeros_like(TIMES), f"c{n}", seed=n) for n in range(2)))
+    assert NAME not in Prediction(MODEL, at_rest).setup.names
+    assert "mass" not in diagnose(rig(0.0, 0.0), MODEL).recalibration.setup["friction_force"]
+
+
+def test_a_mass_that_nobody_stated_is_told() -> None:
+    """Its inertia was taken for friction that follows the acceleration, and so for mis-tuned values or for something unknown."""
+    answer, comparison = diagnose_with(rig(0.0, MORE), MODEL)
+    said = headline(answer, comparison)
+    assert answer.verdict == "no_gap"
+    assert not answer.effects
+    assert said.sentence == "No effect is named: the moved mass, beyond the tolerance of the set-up, takes up most of the gap."
+    assert said.next.endswith("state it as nominal.mass.")
+    value, sd, _ = answer.recalibration.setup["friction_force"]["mass"]
+    assert value == pytest.approx(MORE, abs=max(3 * sd, 0.05))
 
 
 def test_a_mass_that_is_stated_wrong_is_told_with_what_it_has_to_become() -> None:

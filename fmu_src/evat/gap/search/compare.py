@@ -81,6 +81,7 @@ def compare(prediction: Prediction, report: Progress | None = None, perturbed: P
     nominal = must(fit(prediction.sampled_at({}), whitening, (), np.empty(0)))
     errors = [(parameter, prediction.setup.start(parameter)) for parameter in prediction.setup.parameters]
     does = prediction.setup_names.intersection(p.name for p in recalibrated.parameters)  # a zero that changes nothing is nowhere
+    errors += [(p, 0.0) for p in recalibrated.parameters if p == prediction.setup.unstated_mass]
     errors += [(each.parameter, each.at) for each in prediction.linearised if each.parameter.name in does]
     set_up = must(fit(prediction, whitening, [parameter for parameter, _ in errors], np.array([at for _, at in errors])))
 

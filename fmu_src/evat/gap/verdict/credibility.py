@@ -131,5 +131,8 @@ def _moved_mass(comparison: Comparison, fit: Fit) -> tuple[str, ...]:
         f"the stated mass is not credible: {stated:.4g} kg has to become {stated + float(fit.values[p.name]):.4g} kg, "
         f"{abs(away):.2g} of its standard deviations away"
         for p, away in zip(fit.parameters, fit.point, strict=True)
-        if p.name in comparison.prediction.setup.names and by_channel(p.name)[1] == MASS and abs(away) > CONSTANTS.credible_shift
+        if stated > 0
+        and p.name in comparison.prediction.setup.names
+        and by_channel(p.name)[1] == MASS
+        and abs(away) > CONSTANTS.credible_shift
     )

@@ -1,4 +1,4 @@
-"""How far may a whole set-up be off? Gain, zero, clock and its drift of each channel, and the mass whose inertia was taken off a force,
+"""How far may a whole set-up be off? Gain, zero, clock and its drift of each channel, and the mass that moves between contact and sensor,
 which all trials share, as parameters of every fit.
 
 No rig is without them: an amplifier's gain is known to a percent, its zero drifts before the first recording, the force lags or leads the
@@ -26,8 +26,8 @@ GAIN, ZERO, CLOCK, CLOCK_DRIFT, MASS = "gain", "zero", "clock", "clock_drift", "
 
 @dataclass(frozen=True, slots=True)
 class Recording:
-    """Where one recording of a channel stands in the long vector, its sample times (n,), and the acceleration (n,) [m/s^2] whose inertia
-    was taken off it; neither of a mean."""
+    """Where one recording of a channel stands in the long vector, its sample times (n,), and the acceleration (n,) [m/s^2] of what moves
+    between the contact and the sensor; neither of a mean."""
 
     channel: str
     at: slice
@@ -38,12 +38,13 @@ class Recording:
 class SetupErrors:
     """measured = (1 + gain) model(t - late) + zero + mass acceleration, for each channel, with late = clock + clock_drift (t - t_first),
     and mass what moves beside what its owner states. `parameters` are those that its recordings can show: a mean has no clock, and a drift
-    is one beside that of a recorded motion or of what drives a vibration. A positive clock is a force that is late, or a motion that is
-    early."""
+    is one beside that of a recorded motion or of what drives a vibration. `unstated_mass` is one that moves where none is stated, which few
+    rigs have. A positive clock is a force that is late, or a motion that is early."""
 
     def __init__(self, experiment: Experiment, recordings: tuple[Recording, ...], measured: FloatArray, units: Mapping[str, str]) -> None:
         self.recordings = recordings
         self.clocks: Mapping[str, float] = {}
+        self.unstated_mass: Parameter | None = None
         parameters = list[Parameter]()
         for channel in dict.fromkeys(recording.channel for recording in recordings):
             own = [recording for recording in recordings if recording.channel == channel]
@@ -66,13 +67,16 @@ class SetupErrors:
                             _name(channel, kind), unit, 0.0, sd, -CONSTANTS.widest_setup_error * sd, CONSTANTS.widest_setup_error * sd
                         )
                     )
-            if any(r.acceleration is not None for r in own):
+            accelerations = [r.acceleration for r in own if r.acceleration is not None]
+            if accelerations and experiment.mass > 0:
                 mass = experiment.mass  # nothing else is one with it, so that it may be off by far more than is likely
                 parameters.append(
                     Parameter(_name(channel, MASS), "kg", 0.0, CONSTANTS.mass_sd * mass, -mass, CONSTANTS.largest_mass * mass)
                 )
+            elif accelerations:
+                self.unstated_mass = _unstated_mass(_name(channel, MASS), level, np.concatenate(accelerations))
         self.parameters = tuple(parameters)
-        self.names = frozenset(parameter.name for parameter in parameters)
+        self.names = frozenset(parameter.name for parameter in (*parameters, self.unstated_mass) if parameter is not None)
 
     def of(self, recordings: tuple[Recording, ...]) -> SetupErrors:
         """The same set-up, known as well, over other recordings: of a part of a record, too short to show a drift, it is none the less."""
@@ -149,12 +153,20 @@ class SetupErrors:
         return self.clocks.get(channel, 0.0) if kind == CLOCK else 0.0
 
 
+def _unstated_mass(name: str, level: float, acceleration: FloatArray) -> Parameter | None:
+    """What moves between the contact and a sensor of whose mass nothing is said; None where nothing speeds up. level : rms of the force."""
+    usual = float(np.sqrt(np.mean(acceleration**2)))
+    if not usual > 0 or not level > 0:
+        return None
+    return Parameter(name, "kg", 0.0, CONSTANTS.unstated_inertia * level / usual, 0.0, CONSTANTS.largest_inertia * level / usual)
+
+
 def recording(experiment: Experiment, channel: str, at: slice, place: int) -> Recording:
     """Of a channel of the trial at this place, -1 for means, where it stands `at`."""
     if place < 0:
         return Recording(channel, at, None)
     trial = experiment.trials[place]
-    moves = experiment.mass > 0 and channel == FRICTION and MOTION in trial.inputs and trial.times.size > 1
+    moves = channel == FRICTION and MOTION in trial.inputs and trial.times.size > 1
     return Recording(channel, at, trial.times, np.gradient(trial.inputs[MOTION], trial.times) if moves else None)
 
 
