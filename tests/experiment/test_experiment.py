@@ -766,6 +766,21 @@ def test_what_no_signal_describes_is_not_written(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
+def test_how_well_a_value_is_known_may_be_stated_in_its_unit(tmp_path: Path) -> None:
+    """As a data sheet has it; as a share of 293 K, or of what a parameter set has, it is a sum to be done by hand."""
+    stated = TOML.replace("[nominal.relative_sd]", "[nominal.sd]\nv_s = 1e-4\n[nominal.relative_sd]")
+    nominal = read_experiment(folder(tmp_path / "rig", stated), MODEL).nominal
+    assert nominal.known_to(VARIABLES["v_s"]) == pytest.approx(1e-4 / float(nominal.values["v_s"]))
+    for place, (line, words) in enumerate(
+        (
+            ("F_C = 1.0", "nominal.sd.F_C: it stands in nominal.relative_sd, too; keep one."),
+            ("width = 1e-4", "nominal.sd.width: width is not stated, or 0, which stays as it is"),
+            ("v_s = -1e-4", "nominal.sd.v_s: -0.0001; a number of at least 0 and at most 1e+12 is needed, such as 0.1 for 0.1 m/s"),
+        )
+    ):
+        assert words in refusal(folder(tmp_path / str(place), stated.replace("v_s = 1e-4", line)))
+
+
 def test_a_temperature_is_known_to_some_kelvins_unless_stated() -> None:
     """To a tenth of its kelvins, like all that nobody stated, an ambient one would be anything from 5 to 50 degrees."""
     ambient, friction = VARIABLES["ambient_temperature"], VARIABLES["F_C"]

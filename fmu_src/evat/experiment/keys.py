@@ -67,6 +67,7 @@ TABLES: dict[str, tuple[Key, ...]] = {
             "0.1 each, 0.01 of temperatures",
             "how well each value is known, as a share of it; 0 is exact",
         ),
+        Key("sd", "table of numbers", "", "the same as standard deviations, in the SI units of the values; each in one of both tables"),
         Key("proxy_source", "a choice", "slip_speed", "what heats the contact; a recorded temperature counts where it is named"),
         Key("initial_bristle", "free, relaxed or slid_in", "free", "how bristles are bent when a trial begins"),
         Key("mass", "number, kg", "0", "moves with the slip; mass times acceleration is taken off the friction force"),

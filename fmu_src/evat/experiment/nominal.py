@@ -16,6 +16,7 @@ from evat.required_inputs import SOURCE
 
 CHOICES = {"friction": "friction_law", "kinematics": "kinematics"}  # key of [nominal] -> the component's variable
 INITIAL_BRISTLE = "initial_bristle"
+RELATIVE_SD, SD = "relative_sd", "sd"  # tables of how well values are known
 INERTIA = ("mass", "gravity_load")  # of what moves; keys of [nominal] that are no variables of the component
 KEYS = keys("[nominal]")  # the document takes mass and gravity_load out before
 
@@ -59,8 +60,11 @@ def read_nominal(checks: Checks, table: Mapping[str, Any]) -> tuple[Nominal, lis
     if "effects" in table:
         effects = _effects(checks, table["effects"])
     relative_sd = {
-        key: _relative_sd(checks, key, number) for key, number in checks.numbers("nominal.relative_sd", table.get("relative_sd", {}))
+        key: _known_to(checks, RELATIVE_SD, key, number)
+        for key, number in checks.numbers(f"nominal.{RELATIVE_SD}", table.get(RELATIVE_SD, {}))
     }
+    for key, number in checks.numbers(f"nominal.{SD}", table.get(SD, {})):
+        relative_sd[key] = _share(checks, key, _known_to(checks, SD, key, number), values.get(key, 0.0), relative_sd)
     begins = table.get(INITIAL_BRISTLE, "free")
     if begins not in get_args(InitialBristle):
         raise checks.error(f"nominal.{INITIAL_BRISTLE}", f"{shown(begins)}; allowed are {', '.join(get_args(InitialBristle))}.")
@@ -78,15 +82,28 @@ def _effects(checks: Checks, names: Any) -> tuple[str, ...]:
     return tuple(names)
 
 
-def _relative_sd(checks: Checks, key: str, entry: Any) -> float:
-    where = f"nominal.relative_sd.{key}"
+def _known_to(checks: Checks, table: str, key: str, entry: Any) -> float:
+    """A number of one of the two tables that say how well values are known."""
+    where = f"nominal.{table}.{key}"
     if key in INERTIA:
         known = f"a mass is known to {100 * CONSTANTS.mass_sd:.3g} %, and put right with the set-up of the force; so is its zero"
         raise checks.error(where, f"{key} has no standard deviation of its own: {known}; remove it.")
-    if checks.settable(where, key).type != "real":
+    variable = checks.settable(where, key)
+    if variable.type != "real":
         raise checks.error(where, "only numbers are known more or less well; remove it.")
     if not is_size(entry, 0):
+        example = "0.1 for 10 %" if table == RELATIVE_SD else f"0.1 for 0.1 {variable.unit}"
         raise checks.error(
-            where, f"{shown(entry)}; a number of at least 0 and at most {MOST:g} is needed, such as 0.1 for 10 %; 0 means exact."
+            where, f"{shown(entry)}; a number of at least 0 and at most {MOST:g} is needed, such as {example}; 0 means exact."
         )
     return float(entry)
+
+
+def _share(checks: Checks, key: str, sd: float, value: float | str, stated: Mapping[str, float]) -> float:
+    """A standard deviation in the unit of its value as a share of it."""
+    where = f"nominal.{SD}.{key}"
+    if key in stated:
+        raise checks.error(where, f"it stands in nominal.{RELATIVE_SD}, too; keep one.")
+    if not value:
+        raise checks.error(where, f"{key} is not stated, or 0, which stays as it is; state its value in nominal.values.")
+    return sd / abs(float(value))
