@@ -15,6 +15,7 @@ from evat.gap.closure import HeldOut
 from evat.gap.report.summary import _share
 from evat.gap.report.words import sentence
 from evat.gap.search.compare import compare
+from evat.gap.verdict import credibility
 from evat.gap.verdict.constants import Constants
 from evat.gap.verdict.credibility import doubts
 from evat.gap.verdict.features import features as observed
@@ -152,6 +153,18 @@ def test_an_effect_with_which_more_is_left_than_without_is_doubted() -> None:
 
     elsewhere = compare(Prediction(Toy(), only_where_fitted(measured(["bend"], {"bend.c": 0.4}, conditions=6))))
     assert any("on the conditions left out of its fit" in reason for reason in doubts(elsewhere, BEND, HeldOut(elsewhere)))
+
+
+@pytest.mark.parametrize(("conditions", "doubted"), [(6, False), (2, True)])
+def test_a_form_of_the_law_that_holds_on_conditions_left_out_is_no_doubt(
+    conditions: int, doubted: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """An effect with 0.97, which closed 99 % of the gap of what no fit saw, was `ambiguous` because its values alone do not."""
+    monkeypatch.setattr(credibility, "values_alone", lambda *_, **__: SimpleNamespace(closed_share=-1.2))
+    comparison = compare(Prediction(Toy(), measured(["bend"], {"bend.c": 0.4}, conditions=conditions)))
+    held = HeldOut(comparison)
+    assert bool(held.foreseen(comparison.models[BEND])) != doubted
+    assert any("takes that back" in reason for reason in doubts(comparison, BEND, held)) == doubted
 
 
 def test_an_effect_that_may_close_nothing_is_doubted() -> None:

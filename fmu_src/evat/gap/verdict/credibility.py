@@ -37,6 +37,8 @@ def doubts(comparison: Comparison, on: Hypothesis, held: HeldOut) -> tuple[str, 
             f"it is not sure that it closes any of the gap on the conditions {seen}: {share:.3g} of it, 90 % interval {low:.2g} to "
             f"{high:.2g}"
         )
+    if foreseen and low > CONSTANTS.advised_share:  # with a form of the law, as it may be, that holds where no fit has looked
+        return tuple(reasons)
     where = foreseen or comparison.prediction.experiment.conditions
     floors = {channel: math.sqrt(own.floor) for channel, own in squares(comparison.whitening, fit.predicted, set(where)).items()}
     by_values = values_alone(comparison, fit, where, floors, set_up=True).closed_share
