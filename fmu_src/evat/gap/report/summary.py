@@ -207,7 +207,10 @@ def _experiment(answer: Diagnosis, comparison: Comparison) -> str:
     one, other = (str(on) for on in answer.next_experiment.separates)
     how = sure(answer.next_experiment.expected_probability)
     like = answer.next_experiment.condition
-    return f"record more conditions; by these models best {like!r} with {at}: with a probability of {how} that tells {one} from {other}."
+    return (
+        f"record more conditions; by these models best {like!r} once more, with {at}: with a probability of {how} that tells "
+        f"{one} from {other}."
+    )
 
 
 def _place(answer: Diagnosis, comparison: Comparison) -> str:
