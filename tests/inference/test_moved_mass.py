@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from evat.constants import CONSTANTS
 from evat.experiment import Experiment
 from evat.gap import diagnose, diagnose_with
 from evat.gap.report import headline
@@ -80,3 +81,28 @@ def test_a_mass_that_is_stated_wrong_is_told_with_what_it_has_to_become() -> Non
     right = diagnose(rig(MASS, 0.0), MODEL)
     assert right.verdict == "no_gap"
     assert not any("mass" in line for line in right.cannot_tell)
+
+
+def test_a_force_that_is_late_shows_its_inertia_late() -> None:
+    """What was taken off it was of the motion as recorded: of 15 kg a clock that is off by a sample left 16 N at each start and stop."""
+    late, gain = 0.6 * STEP, 0.02
+    prediction = Prediction(MODEL, rig(MASS, 0.0))
+    values = {"setup.friction_force.clock": late, "setup.friction_force.gain": gain, NAME: MORE}
+    moves = [np.gradient(motion, STEP) for motion in (TO_AND_FRO, TO_AND_FRO, FASTER, FASTER)]
+
+    def shown(column: np.ndarray) -> np.ndarray:
+        return (1 + gain) * np.interp(TIMES - late, TIMES, column)
+
+    own = prediction.one().reshape(4, -1)
+    expected = [shown(force + (MASS + MORE) * each) - MASS * each for force, each in zip(own, moves, strict=True)]
+    assert prediction.one(values) == pytest.approx(np.concatenate(expected), abs=1e-9)
+    for name, step in (("clock", CONSTANTS.clock_shift * STEP), ("gain", 1e-3), ("mass", 1e-3)):
+        name = f"setup.friction_force.{name}"
+        after, before = (prediction.one({**values, name: float(values[name]) + side * step}) for side in (1, -1))
+        slope = prediction.setup.slopes(prediction.one(), name, values)
+        assert slope == pytest.approx((after - before) / (2 * step), rel=1e-6, abs=1e-3 * float(np.max(np.abs(slope))))
+    own_clock = {"setup.friction_force.gain": gain, "setup.friction_force.clock": late}
+    massless = Prediction(MODEL, rig(0.0, 0.0)).sampled_at({"friction_force": late}).one(own_clock)
+    sampled = prediction.sampled_at({"friction_force": late}).one({**own_clock, NAME: MORE})
+    inertia = [(MASS + MORE) * shown(each) - MASS * each for each in moves]
+    assert sampled == pytest.approx(massless + np.concatenate(inertia), abs=1e-9)

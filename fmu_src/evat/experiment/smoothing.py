@@ -82,8 +82,10 @@ def _by_widest_windows(column: FloatArray, sd: float, deriv: int, step: float) -
 
 def _kinds(deriv: int) -> tuple[tuple[int, float], ...]:
     """What is fitted: the order of a polynomial, and the place of the sample in its window."""
-    if deriv != 1:
+    if deriv == 0:
         return ((2, 0.5),)
+    if deriv == 2:  # an acceleration comes and goes: a polynomial of fourth order has a window in which that fits
+        return (2, 0.5), (4, 0.5)
     # A parabola tells the slope at its middle no better than a line does; a cubic follows a reversal, and swings where a motion stops:
     # there lines to either side know more.
     return (3, 0.5), (2, 0.5), (1, 0.0), (1, 1.0)

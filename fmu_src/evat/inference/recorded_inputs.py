@@ -20,6 +20,7 @@ from evat.experiment import Experiment, Trial
 from evat.experiment.smoothing import derivative, noise_sd, smoothed
 from evat.inference.checks import rms
 from evat.model import FloatArray, IntArray
+from evat.required_inputs import FRICTION, MOTION
 
 
 @dataclass(frozen=True)
@@ -55,11 +56,15 @@ def smoothed_inputs(experiment: Experiment) -> RecordedInputs:
             left = sd / np.sqrt(len(rows))
             inputs[name] = smoothed(rows.mean(axis=0), left)
             perturbed[name] = smoothed(inputs[name] + left * draw.normal(size=rows.shape[1]) * (inputs[name] != 0), left)
+        inertia = _inertia_beyond(experiment, places, inputs.get(MOTION), draw)
         if noise:
             lead = None if first.lead_in is None else _smoothed_lead_in(first.lead_in)
             for place in places:
                 smooth[place] = replace(experiment.trials[place], inputs=inputs, times=first.times, lead_in=lead)
-                other[place] = replace(experiment.trials[place], inputs=perturbed, times=first.times, lead_in=lead)
+                outputs = dict(experiment.trials[place].outputs)
+                if inertia is not None and FRICTION in outputs:
+                    outputs[FRICTION] = outputs[FRICTION] - inertia
+                other[place] = replace(experiment.trials[place], inputs=perturbed, outputs=outputs, times=first.times, lead_in=lead)
     if not noise:
         return RecordedInputs(experiment, experiment, None, {})
     whole, by_other_noise = replace(experiment, trials=tuple(smooth)), replace(experiment, trials=tuple(other))
@@ -75,6 +80,24 @@ def _differentiated_again(times: FloatArray, velocity: FloatArray, sd: float, dr
     """The velocity (n,) that would have come of its position with fresh noise of this standard deviation."""
     position = cumulative_trapezoid(velocity, times, initial=0.0) + sd * draw.normal(size=velocity.size)
     return derivative(position, float(np.median(np.diff(times))), sd=sd)
+
+
+def _inertia_beyond(
+    experiment: Experiment, places: Sequence[int], velocity: FloatArray | None, draw: np.random.Generator
+) -> FloatArray | None:
+    """How much more inertia (n,) [N] would have been taken off the force, had the motion been recorded with other noise: most where it
+    speeds up faster than that lets one see. None where none is taken off. velocity : (n,), what it is held to have been."""
+    trials = [experiment.trials[place] for place in places]
+    if experiment.mass == 0 or velocity is None:
+        return None
+    step, fresh = float(np.median(np.diff(trials[0].times))), draw.normal(size=velocity.size)
+    if sd := max(trial.position_sd.get(MOTION, 0.0) for trial in trials):
+        again = derivative(cumulative_trapezoid(velocity, dx=step, initial=0.0) + sd * fresh, step, 2, sd=sd)
+    elif sd := max(noise_sd(trial.inputs[MOTION]) for trial in trials):
+        again = derivative(velocity + sd * fresh, step, sd=sd)
+    else:
+        return None
+    return experiment.mass * (again - np.gradient(velocity, step))
 
 
 def _noise_of_derivatives(trial: Trial) -> dict[str, float]:

@@ -63,7 +63,7 @@ def compare(prediction: Prediction, report: Progress | None = None, perturbed: P
     predicted = prediction.one()
     if not np.all(np.isfinite(predicted)):
         raise SimulationError(NO_RUN)
-    by_inputs = None if perturbed is None else perturbed.one() - predicted
+    by_inputs = None if perturbed is None else (perturbed.one() - predicted) - (perturbed.measured - prediction.measured)
     prediction = begun(with_initial_state(prediction), predicted)
     if prediction.starts:
         predicted = prediction.one()

@@ -43,6 +43,7 @@ class SetupErrors:
 
     def __init__(self, experiment: Experiment, recordings: tuple[Recording, ...], measured: FloatArray, units: Mapping[str, str]) -> None:
         self.recordings = recordings
+        self.stated_mass = experiment.mass
         self.clocks: Mapping[str, float] = {}
         self.unstated_mass: Parameter | None = None
         parameters = list[Parameter]()
@@ -100,15 +101,31 @@ class SetupErrors:
 
     def applied(self, rows: FloatArray, values: Mapping[str, float | str | FloatArray]) -> FloatArray:
         """Predictions (K, N) as this set-up would show them; values that are not named are 0, or the clocks of the runs."""
-        if all(np.all(np.asarray(values.get(name, self._usual(name))) == self._usual(name)) for name in self.names):
+        return self._applied(rows, values, inertia=True)
+
+    def _applied(self, rows: FloatArray, values: Mapping[str, float | str | FloatArray], inertia: bool) -> FloatArray:
+        """inertia : what moves adds its own, as it does to a prediction and to no derivative of one."""
+        late = inertia and self.stated_mass > 0 and any(self.clocks.values())  # in runs that are sampled there
+        if not late and all(np.all(np.asarray(values.get(name, self._usual(name))) == self._usual(name)) for name in self.names):
             return rows
         count = max(rows.shape[0], *(np.size(values.get(name, 0.0)) for name in self.names)) if rows.shape[0] == 1 else rows.shape[0]
         recorded = np.repeat(rows, count // max(rows.shape[0], 1), axis=0) if rows.shape[0] != count else rows.copy()
         for recording in self.recordings:
-            gain, zero, mass = (self._value(recording.channel, kind, values) for kind in (GAIN, ZERO, MASS))
+            gain, zero = (self._value(recording.channel, kind, values) for kind in (GAIN, ZERO))
             shown = (1 + gain) * _shifted(rows[:, recording.at], recording.times, *self._late(recording, values)) + zero
-            recorded[:, recording.at] = shown if recording.acceleration is None else shown + mass * recording.acceleration
+            recorded[:, recording.at] = shown + self._inertia(recording, values) if inertia else shown
         return recorded
+
+    def _inertia(self, recording: Recording, values: Mapping[str, float | str | FloatArray], later: float = 0.0) -> FloatArray | float:
+        """What a force shows of what moves, by its gain and its clock, and `later` [s] still, less what was taken off it as if both were
+        right: (K, n) or (1, n)."""
+        if recording.acceleration is None:
+            return 0.0
+        gain, mass = (self._value(recording.channel, kind, values) for kind in (GAIN, MASS))
+        clock, drift = self._late(recording, values)
+        clock = clock + self.clocks.get(recording.channel, 0.0) + later
+        shown = _shifted(recording.acceleration[None], recording.times, clock, drift)
+        return (1 + gain) * (self.stated_mass + mass) * shown - self.stated_mass * recording.acceleration
 
     def slopes(self, row: FloatArray, name: str, values: Mapping[str, float | str | FloatArray]) -> FloatArray:
         """Derivative (N,) of the prediction to one of `names`; row : (N,), of the model alone."""
@@ -116,25 +133,29 @@ class SetupErrors:
         for recording in self.recordings:
             if not name.startswith(_name(recording.channel, "")):
                 continue
-            gain, late = float(self._value(recording.channel, GAIN, values)[0, 0]), self._late(recording, values)
             own, times = row[None, recording.at], recording.times
-            if name == _name(recording.channel, GAIN):
-                slope[recording.at] = _shifted(own, times, *late)[0]
-            elif name == _name(recording.channel, ZERO):
+            gain, (clock, drift) = self._value(recording.channel, GAIN, values), self._late(recording, values)
+            if name == _name(recording.channel, ZERO):
                 slope[recording.at] = 1.0
-            elif name == _name(recording.channel, MASS):
-                slope[recording.at] = 0.0 if recording.acceleration is None else recording.acceleration
+            elif name in (_name(recording.channel, GAIN), _name(recording.channel, MASS)):
+                value = self._value(recording.channel, by_channel(name)[1], values)
+                more, less = (self._inertia(recording, {**values, name: value + side}) for side in (0.5, -0.5))  # it is linear in either
+                slope[recording.at] = np.ravel(more - less)
+                if name == _name(recording.channel, GAIN):
+                    slope[recording.at] += _shifted(own, times, clock, drift)[0]
             elif times is not None and times.size > 1:
                 h = CONSTANTS.clock_shift * float(np.median(np.diff(times)))
-                after, before = (_shifted(own, times, late[0] + side * h, late[1])[0] for side in (1, -1))
+                after, before = (
+                    (1 + gain) * _shifted(own, times, clock + by, drift) + self._inertia(recording, values, by) for by in (h, -h)
+                )
                 grown = times - times[0] if name == _name(recording.channel, CLOCK_DRIFT) else 1.0
-                slope[recording.at] = (1 + gain) * grown * (after - before) / (2 * h)
+                slope[recording.at] = grown * np.ravel(after - before) / (2 * h)
         return slope
 
     def linear(self, slopes: FloatArray, values: Mapping[str, float | str | FloatArray]) -> FloatArray:
         """Derivatives (p, N) of the model alone to its own parameters, as derivatives of what this set-up shows."""
         scaled = {name: 0.0 if by_channel(name)[1] in (ZERO, MASS) else values.get(name, self._usual(name)) for name in self.names}
-        return self.applied(slopes, scaled)
+        return self._applied(slopes, scaled, inertia=False)
 
     def _value(self, channel: str, kind: str, values: Mapping[str, float | str | FloatArray]) -> FloatArray:
         """(K, 1) or (1, 1); of a clock, how far it is from that of the runs."""
