@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
-from evat.experiment import Experiment, Trial
-from evat.experiment.smoothing import noise_sd, smoothed
+from evat.experiment import Experiment, Nominal, Trial
+from evat.experiment.smoothing import derivative, noise_sd, smoothed
 from evat.gap import diagnose_with
 from evat.inference.noise.estimate import estimate_noise
 from evat.inference.prediction import Prediction
@@ -53,6 +54,22 @@ def test_repeats_of_one_motion_get_one_input() -> None:
     assert len(set(Prediction(Toy(), recorded.experiment).alike.values())) == 4
     assert recorded.perturbed is not None
     assert pytest.approx(0.01, rel=0.15) == recorded.noise["x"]
+
+
+def test_inertia_that_was_taken_off_is_as_unsure_as_the_acceleration() -> None:
+    """Of 20 kg the acceleration of a noisy velocity is a force: 0.05 m/s2 are 1 N where the axis speeds up, and nothing said so."""
+    motion, force = MOTIONS["trapezoid"], np.sign(MOTIONS["trapezoid"])
+    trials = tuple(Trial(f"{n}.csv", "c", {}, TIMES, {"slip_velocity": motion}, {"friction_force": force}) for n in range(2))
+    made = noisy(Experiment(Path(), "axis", "", Nominal({}, (), {}), {}, trials, None, ""), 1e-3)
+    for mass in (0.0, 20.0):
+        recorded = smoothed_inputs(replace(made, mass=mass))
+        assert recorded.perturbed is not None
+        (first, second), kept = ([t.outputs["friction_force"] for t in e.trials] for e in (recorded.perturbed, recorded.experiment))
+        taken = first - kept[0]
+        assert np.array_equal(taken, second - kept[1])
+        again = derivative(noisy(made, 1e-3, seed=8).trials[0].inputs["slip_velocity"], 1e-3) - np.gradient(motion, TIMES)
+        assert np.sqrt(np.mean(taken**2)) == pytest.approx(mass * np.sqrt(np.mean(again**2)), rel=0.5)
+        assert np.all(np.isfinite(taken))
 
 
 def test_a_noisy_input_names_no_effect() -> None:
