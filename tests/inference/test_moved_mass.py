@@ -96,6 +96,9 @@ def test_a_force_that_is_late_shows_its_inertia_late() -> None:
     own = prediction.one().reshape(4, -1)
     expected = [shown(force + (MASS + MORE) * each) - MASS * each for force, each in zip(own, moves, strict=True)]
     assert prediction.one(values) == pytest.approx(np.concatenate(expected), abs=1e-9)
+    many = prediction.many({**values, "setup.friction_force.clock": np.array([0.0, late, -late])})
+    assert many[1] == pytest.approx(prediction.one(values), abs=1e-12)
+    assert many[2] == pytest.approx(prediction.one({**values, "setup.friction_force.clock": -late}), abs=1e-12)
     for name, step in (("clock", CONSTANTS.clock_shift * STEP), ("gain", 1e-3), ("mass", 1e-3)):
         name = f"setup.friction_force.{name}"
         after, before = (prediction.one({**values, name: float(values[name]) + side * step}) for side in (1, -1))

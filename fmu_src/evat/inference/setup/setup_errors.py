@@ -112,7 +112,7 @@ class SetupErrors:
         recorded = np.repeat(rows, count // max(rows.shape[0], 1), axis=0) if rows.shape[0] != count else rows.copy()
         for recording in self.recordings:
             gain, zero = (self._value(recording.channel, kind, values) for kind in (GAIN, ZERO))
-            shown = (1 + gain) * _shifted(rows[:, recording.at], recording.times, *self._late(recording, values)) + zero
+            shown = (1 + gain) * _shifted(recorded[:, recording.at], recording.times, *self._late(recording, values)) + zero
             recorded[:, recording.at] = shown + self._inertia(recording, values) if inertia else shown
         return recorded
 
@@ -122,9 +122,12 @@ class SetupErrors:
         if recording.acceleration is None:
             return 0.0
         gain, mass = (self._value(recording.channel, kind, values) for kind in (GAIN, MASS))
+        if not np.any(self.stated_mass + mass):
+            return -self.stated_mass * recording.acceleration
         clock, drift = self._late(recording, values)
         clock = clock + self.clocks.get(recording.channel, 0.0) + later
-        shown = _shifted(recording.acceleration[None], recording.times, clock, drift)
+        motions = np.broadcast_to(recording.acceleration, (max(len(clock), len(drift)), recording.acceleration.size))
+        shown = _shifted(motions, recording.times, clock, drift)
         return (1 + gain) * (self.stated_mass + mass) * shown - self.stated_mass * recording.acceleration
 
     def slopes(self, row: FloatArray, name: str, values: Mapping[str, float | str | FloatArray]) -> FloatArray:
