@@ -197,7 +197,7 @@ class _Constants(ConstantTable):
     as_sure = Constant(1e-9, "of the standard deviation", "two estimates that differ by less are as sure", source="numerical tolerance")
     mass_sd = Constant(0.05, "of the stated mass", "how far that of what moves may be off", source="catalogues, and what is clamped on")
     unstated_inertia = Constant(0.03, "of the rms of the force", "that of what moves between contact and sensor, where no mass is stated")
-    evidence_of_mass = Constant(60.0, "log evidence", "from which one moves; what else follows the acceleration gives up to 40")
+    evidence_of_mass = Constant(60.0, "log evidence", "from which one moves; what else follows the acceleration gives up to 45")
     largest_inertia = Constant(0.5, "of the rms of the force", "the same at most", low=0.0, source="safety limit")
     largest_mass = Constant(3.0, "of the stated mass", "that more may move at most", low=0.0, source="safety limit")
     alike_inputs = Constant(1.5, "of the noise of both", "how far apart two recordings of one motion may be, root mean square", low=1.0)

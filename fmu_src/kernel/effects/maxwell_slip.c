@@ -67,7 +67,7 @@ static void begin(const lanes *p, const struct Point *x, lanes *state)
             stated |= state[k][i] != 0;
         if (bent == 0 || stated)
             continue;
-        for (int n = 0; n < 60; ++n) {
+        for (int n = 0; n < 60; ++n) { /* halvings: of a double they leave nothing */
             const double way = (low + high) / 2;
             *(loaded(p, i, way, load) < bent ? &low : &high) = way;
         }
