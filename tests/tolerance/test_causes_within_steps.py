@@ -570,3 +570,13 @@ def test_energies_have_a_slip_that_bends_where_the_friction_force_does_not(draws
     """Coulomb's force stands still while a slip that is solved for bends as its shear angle does: 14 to 30 tolerances of the way; and
     a bristle that comes to rest as the slip does: 15 of the energy."""
     assert worst(draw(*draws), *POWERS, *TOTALS) < 3
+
+
+def test_a_peak_of_damping_as_the_tool_enters_is_in_the_mean_power() -> None:
+    """The bristle is bent within one step, over which the force falls from 40 kN to 250 N: 19 tolerances of the mean dissipated power."""
+    assert worst(draw(356712, 5717), *POWERS) < 3
+
+
+def test_a_flow_stress_that_goes_by_the_speed_is_followed_through_a_reversal() -> None:
+    """Near rest it goes by a root of the speed; Coulomb's force stands still and showed nothing: 14 tolerances of the mean shear power."""
+    assert worst(draw(356712, 892), *POWERS) < 3

@@ -207,6 +207,7 @@ static void count_all_kinks(const struct Configuration *w, int all[LANES])
 /* Might a kink between the three points move the mean over a cycle? By a twelfth of what they bend, over as much of the
  * cycle as the step takes: a host's communication points may lie such that a step there is a long one. */
 #define IN_MEAN 0.35 /* tolerances */
+#define COMES_TO_REST 0.5 /* of the way to it, in relaxation lengths */
 
 static inline int shows_in_mean(const struct Configuration *w, double h, const struct Point *a, const struct Point *m,
                                 const struct Point *b, int i)
@@ -214,6 +215,16 @@ static inline int shows_in_mean(const struct Configuration *w, double h, const s
     const double bend = fabs(a->F_p[i] - 2 * m->F_p[i] + b->F_p[i]) / 12,
                  of_cycle = h * w->p[VAR_VIBRATION_FREQUENCY][i];
     return of_cycle * bend > IN_MEAN * w->p[VAR_RELATIVE_TOLERANCE][i] * level_of(w, b, i);
+}
+
+/* Does a bristle that comes to rest within the step leave a peak of force behind? Where damping is as large as sliding
+ * friction, and more, the mean power of a cycle hears it, by as much of the cycle as the step takes. */
+static inline int peaks_in_mean(const struct Configuration *w, double h, const struct Point *a, const struct Point *m,
+                                const struct Point *b, int i)
+{
+    const double bend = fabs(a->F[i] - 2 * m->F[i] + b->F[i]) / 12, of_cycle = h * w->p[VAR_VIBRATION_FREQUENCY][i];
+    return (h * m->rate[i] > COMES_TO_REST) &
+           (of_cycle * bend > IN_MEAN * w->p[VAR_RELATIVE_TOLERANCE][i] * larger(level_of(w, b, i), fabs(b->F[i])));
 }
 
 /* Does the step pass a kink of what the effects do, or of these two? Where friction follows the thickness the surface
@@ -316,8 +327,6 @@ static inline int passes_in_part(const struct Configuration *w, const struct Poi
     return (a->cutting[i] != 0) & (high - low > PASSED_IN_PART * w->p[VAR_RELATIVE_TOLERANCE][i] * high);
 }
 
-#define COMES_TO_REST 0.5 /* of the way to it, in relaxation lengths */
-
 /* Does Simpson's rule have to be as right as the forces? For means over a window; and for energies where a bristle
  * comes to rest within the step. */
 static inline int adds_up_unseen(const struct Configuration *w, double h, const struct Point *m, int i)
@@ -328,7 +337,8 @@ static inline int adds_up_unseen(const struct Configuration *w, double h, const 
 int in_doubt(const struct Contact *contact, const struct Configuration *w, const lanes h, const struct Point *a,
              const struct Point *m, const struct Point *b, lanes next, int doubtful[LANES])
 {
-    const int of_slip = !w->held && (w->law->relaxes || w->bends || w->drivers || w->current_angle),
+    const int of_slip = !w->held &&
+                        (w->law->relaxes || w->bends || w->drivers || w->current_angle || w->stages >> STAGE_SHEAR & 1),
               given = w->kinematics == KINEMATICS_EXTERNAL;
     int any = 0, adds_up = 0, cuts = 0, all[LANES] = {0};
     EACH_LANE {
@@ -341,6 +351,7 @@ int in_doubt(const struct Contact *contact, const struct Configuration *w, const
         hides_law(contact, w, h, a, m, b, next, doubtful);
     EACH_LANE {
         doubtful[i] |= has_kink(a, m, b, i) | crosses_unseen(w, i);
+        doubtful[i] |= !given & (w->law->relaxes != 0) & (a->cutting[i] != 0) & peaks_in_mean(w, h[i], a, m, b, i);
     }
     for (int i = 0; given && i < LANES; ++i)
         adds_up |= adds_up_unseen(w, h[i], m, i);
