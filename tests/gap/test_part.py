@@ -6,10 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 from evat.constants import CONSTANTS
-from evat.experiment import Experiment
+from evat.experiment import Experiment, Trial
 from evat.gap import diagnose_with
 from evat.gap.search.compare import compare
 from evat.gap.search.part import part_of
+from evat.gap.search.portion import with_its_motion
 from evat.inference.hypothesis import Hypothesis
 from evat.inference.prediction import Prediction
 from toy import Toy, measured
@@ -55,3 +56,28 @@ def test_noise_is_that_of_the_whole() -> None:
     for place, segment in enumerate(part.prediction.segments):
         whole = next(n for n, s in enumerate(prediction.segments) if s.condition == segment.condition)
         assert some.noise.sizes[place] == comparison.noise.sizes[whole]
+
+
+def stroke(count: int, back: float) -> Trial:
+    """Forth, and back from `back` of the samples on."""
+    speed = np.where(np.arange(count) < back * count, 0.1, -0.1)
+    return Trial("stroke.csv", "stroke", {}, np.linspace(0, 1, count), {"slip_velocity": speed}, {"friction_force": np.sign(speed)})
+
+
+def test_a_part_of_a_stroke_shows_the_way_back() -> None:
+    """An axis goes forth and back once: of its first half an offset is friction."""
+    whole = stroke(1200, back=0.5)
+    head = with_its_motion(whole, whole.head(500))
+    assert 780 < head.times.size < 820
+    assert with_its_motion(whole, whole.head(900)).times.size == 900
+    only_forth = stroke(1200, back=1)
+    assert with_its_motion(only_forth, only_forth.head(500)).times.size == 500
+    undriven = replace(whole, inputs={})
+    assert with_its_motion(undriven, undriven.head(500)).times.size == 500
+
+
+def test_a_part_of_a_staircase_goes_as_fast_as_the_whole() -> None:
+    """Plateaus, each faster than the one before: the first half is slow."""
+    whole = stroke(1200, back=1)
+    whole = replace(whole, inputs={"slip_velocity": 0.1 * 2.0 ** np.floor(np.arange(1200) / 200)})
+    assert with_its_motion(whole, whole.head(500)).times.size == 1001

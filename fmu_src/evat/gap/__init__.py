@@ -21,7 +21,7 @@ from evat.gap.closure import Closure, HeldOut, close
 from evat.gap.later_part import later_part
 from evat.gap.location import Location, locate
 from evat.gap.search.compare import Comparison, compare
-from evat.gap.search.portion import portion
+from evat.gap.search.portion import as_long_as, portion
 from evat.gap.set_up import notable, set_up_errors
 from evat.gap.tones import tones
 from evat.gap.verdict.constants import Constants, stored
@@ -67,7 +67,7 @@ def diagnose_with(
     slow = with_slow_motions_as_likeliest(model, recorded, units)
     most = math.inf if whole else CONSTANTS.diagnosed_samples
     looked_at, cut = portion(slow.experiment, model, most)
-    other = None if slow.perturbed is None else Prediction(model, portion(slow.perturbed, model, most)[0])
+    other = None if slow.perturbed is None else Prediction(model, as_long_as(slow.perturbed, looked_at))
     said = [cut, *(f"{name} is noisy, {sd:.3g} {units[name]}: it was smoothed" for name, sd in recorded.noise.items()), slow.said]
     with threadpool_limits(1):  # sums over short rows gain nothing from threads, and their last bits would depend on them
         known, origin = (constants, "given") if constants else stored()

@@ -1,18 +1,24 @@
-"""How much of a long record is looked at? The head of every trial, as long as a diagnosis is to take seconds, and the answer says so."""
+"""How much of a long record is looked at? The head of every trial, as long as a diagnosis is to take seconds and no longer than shows its
+motion, and the answer says so."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
-from evat.experiment import Experiment
+import numpy as np
+
+from evat.constants import CONSTANTS
+from evat.experiment import Experiment, Trial
 from evat.inference.prediction import Prediction
 from evat.model import Model
+from evat.required_inputs import MOTION
 
 
 def portion(experiment: Experiment, model: Model, samples: float) -> tuple[Experiment, str]:
     """The experiment with its trials cut to what can be looked at, and a note of that; "" where nothing was cut.
 
-    samples : that are simulated at most.
+    samples : that are simulated, up to CONSTANTS.longer_heads times as many where trials show their motion late.
     """
     alike = Prediction(model, experiment).alike
     sizes = {key: experiment.trials[place].times.size for place, key in alike.items()}
@@ -27,5 +33,35 @@ def portion(experiment: Experiment, model: Model, samples: float) -> tuple[Exper
         if not longer or left // longer <= most:
             break
         most = left // longer
-    note = f"only the first {most} samples of each trial were looked at; --whole takes all"
-    return replace(experiment, trials=tuple(trial.head(max(most, 2)) for trial in experiment.trials)), note
+    heads = [trial.head(max(most, 2)) for trial in experiment.trials]
+    moving = [with_its_motion(whole, head) for whole, head in zip(experiment.trials, heads, strict=True)]
+    if sum({key: moving[place].times.size for place, key in alike.items()}.values()) <= CONSTANTS.longer_heads * samples:
+        heads = moving
+    return replace(experiment, trials=tuple(heads)), _note(experiment.trials, heads)
+
+
+def as_long_as(experiment: Experiment, cut: Experiment) -> Experiment:
+    """The experiment with its trials as long as those of `cut`."""
+    heads = (trial.head(head.times.size) for trial, head in zip(experiment.trials, cut.trials, strict=True))
+    return replace(experiment, trials=tuple(heads))
+
+
+def _note(trials: Sequence[Trial], heads: Sequence[Trial]) -> str:
+    sizes = {head.times.size for whole, head in zip(trials, heads, strict=True) if head.times.size < whole.times.size}
+    if not sizes:
+        return ""
+    span = f"{min(sizes)}" if len(sizes) == 1 else f"{min(sizes)} to {max(sizes)}"
+    return f"only the first {span} samples of each trial were looked at; --whole takes all"
+
+
+def with_its_motion(whole: Trial, head: Trial) -> Trial:
+    """The head, or a longer one that goes back, too, and as fast, where the whole does: as long as what is done at one way is seen at one
+    only, an offset is friction, and so is an asymmetry; nor do slow plateaus tell what friction does at the fast ones that follow."""
+    if MOTION not in whole.inputs or head.times.size == whole.times.size:
+        return head
+    slip = whole.inputs[MOTION]
+    forward, backward = (np.cumsum(np.maximum(sign * slip, 0.0)) for sign in (1, -1))
+    lesser, both, fastest = np.minimum(forward, backward), forward + backward, np.maximum.accumulate(np.abs(slip))
+    goes_back = lesser >= CONSTANTS.way_back * both * (lesser[-1] / max(both[-1], np.finfo(float).tiny))
+    shown = np.flatnonzero((goes_back & (fastest >= CONSTANTS.as_fast * fastest[-1]))[head.times.size - 1 :])
+    return whole.head(head.times.size + int(shown[0])) if shown.size else whole
