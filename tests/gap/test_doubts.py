@@ -19,11 +19,19 @@ BOTH = Hypothesis(("a", "m", "z"))
 
 
 def doubted(
-    *, value: float, sd: float = 0.01, low: float = -1.0, high: float = 0.9, gain: float = 0.0, does: float = 0.1, further: float = 1.0
+    *,
+    value: float,
+    sd: float = 0.01,
+    low: float = -1.0,
+    high: float = 0.9,
+    gain: float = 0.0,
+    does: float = 0.1,
+    further: float = 1.0,
+    unit: str = "1",
 ) -> list[str]:
     """Of `m`, fitted together with `a` and `z`: its share and the sd of that, the parameter's bounds, the evidence gained over the model
-    without it, what it does to the channel F by its measured rms, and how much further it would go without bounds."""
-    share = Parameter(SHARE.name, "1", 0.0, 1.0, low, high)
+    without it, what it does to the channel F by its measured rms, how much further it would go without bounds, and its unit."""
+    share = Parameter(SHARE.name, unit, 0.0, 1.0, low, high)
     fit = SimpleNamespace(
         likelihood=SimpleNamespace(evidence=10.0 + gain, step=np.array([further]), covariance=np.array([[sd**2]])),
         parameters=(share,),
@@ -71,6 +79,14 @@ def test_a_value_at_a_bound_is_doubted_unless_the_bounds_are_those_of_its_defini
     assert doubted(value=1.0, low=0.0, high=1.0) == []
     assert "lies at the bound" in doubted(value=1.0, low=0.1, high=1.0)[0]
     assert "lies at the bound" in doubted(value=0.9, low=0.0, high=0.9)[0]
+
+
+def test_a_speed_slower_than_all_that_was_recorded_is_as_good_as_any_slower_one() -> None:
+    """Logarithms of a rate-and-state law grow from v_0 on, in the literature 1 um/s and less: a true one was doubted."""
+    near = 0.5 * CONSTANTS.distance_to_bound
+    assert doubted(value=0.2 + near, low=0.2, unit="m/s") == []
+    assert "lies at the bound" in doubted(value=0.9 - near, low=0.2, unit="m/s")[0]
+    assert "lies at the bound" in doubted(value=near, low=0.0, high=0.9, unit="m/s")[1]
 
 
 def test_a_value_at_a_bound_is_not_doubted_where_it_would_be_without_one() -> None:

@@ -13,6 +13,9 @@ from evat.gap.answer import Diagnosis
 from evat.gap.closure import HeldOut
 from evat.gap.report import headline, sentence
 from evat.gap.search.compare import Comparison
+from evat.gap.values_alone import replayed
+from evat.inference.prediction import Linearised
+from evat.model import FloatArray
 from toy import Toy, measured
 
 
@@ -93,3 +96,18 @@ def test_right_values_beside_a_set_up_that_is_off_are_to_be_used_once_that_is_pu
     gain = 1 + answer.recalibration.setup["F"]["gain"][0]
     left = np.concatenate([t.outputs["F"] - gain * stiffness * t.inputs["x"] - zero for t in made.trials])
     assert answer.closure.values_with_set_up.rms["F"]["corrected"] == pytest.approx(float(np.sqrt(np.mean(left**2))), rel=0.05)
+
+
+def test_a_zero_of_an_input_is_put_right_as_it_was_fitted() -> None:
+    """At rest the friction turns round with the sign of a speed's zero, which is not known: a right wear closed -4.07 of the gap, "and the
+    form of the law beside the values takes that back"."""
+    _, comparison = diagnose_with(measured(["bend"], {"bend.c": 0.0, "k": 10.6}), Toy())
+    fit, prediction = comparison.recalibrated, comparison.prediction
+    (place,) = [place for place, parameter in enumerate(fit.parameters) if parameter.name == "setup.F.zero"]
+    column = np.linspace(-1, 1, prediction.measured.size)
+
+    def put_right(by: float) -> FloatArray:
+        linear = prediction.linearise([Linearised(fit.parameters[place], 0.0, by * column)])
+        return replayed(replace(comparison, prediction=linear), fit, set_up=True)
+
+    assert put_right(2) - put_right(1) == pytest.approx(fit.point[place] * column, rel=0.05)  # beside a gain

@@ -20,6 +20,8 @@ from evat.inference.parameters import nominal_parameters
 from evat.inference.setup.setup_errors import MASS, by_channel
 from evat.units import display
 
+SPEED = "m/s"
+
 
 def doubts(comparison: Comparison, on: Hypothesis, held: HeldOut) -> tuple[str, ...]:
     """Why the fit of a hypothesis is not credible; empty where nothing speaks against it."""
@@ -63,7 +65,8 @@ def _of_effect(comparison: Comparison, on: Hypothesis, name: str) -> list[str]:
         if p.low <= own[p.name].min and p.high >= own[p.name].max:  # by definition, as of a share
             continue
         near = CONSTANTS.distance_to_bound
-        at_bound = (math.isfinite(low) and u < low + near) or (math.isfinite(high) and u > high - near)
+        too_slow = p.unit == SPEED and p.low > own[p.name].min  # below all that was recorded, as any slower one is
+        at_bound = (math.isfinite(low) and u < low + near and not too_slow) or (math.isfinite(high) and u > high - near)
         if at_bound and not _is_best_there(fit, place):
             value = f"{float(fit.values[p.name]):.3g} {p.unit}".removesuffix(" 1")
             reasons.append(f"{p.name} = {value} lies at the bound of what it may be")
