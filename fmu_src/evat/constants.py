@@ -390,7 +390,7 @@ class _Constants(ConstantTable):
     )
     worthwhile_part = Constant(0.7, "of all samples", "a part that simulates more saves too little: the whole is searched", high=1.0)
     way_back = Constant(0.5, "of its share of the whole way", "the lesser way that a part of a trial shows, forward or back", high=1.0)
-    as_fast = Constant(0.7, "of the largest speed of a trial", "that its part reaches", high=1.0)
+    shown_range = Constant(0.7, "of the largest speed of a trial, or of the range of another input", "that its part shows", high=1.0)
     longer_heads = Constant(3.0, "times the samples", "that are simulated where heads show the motion late", source="budget of work")
     plausible_effect = Constant(0.1, "of the rms", "what an effect does, a priori (sd)")
     first_probe = Constant(1e-4, "of the first guess of an amplitude", "where probing begins")

@@ -10,7 +10,7 @@ from evat.experiment import Experiment, Trial
 from evat.gap import diagnose_with
 from evat.gap.search.compare import compare
 from evat.gap.search.part import part_of
-from evat.gap.search.portion import with_its_motion
+from evat.gap.search.portion import shown_late, with_its_motion
 from evat.inference.hypothesis import Hypothesis
 from evat.inference.prediction import Prediction
 from toy import Toy, measured
@@ -81,3 +81,15 @@ def test_a_part_of_a_staircase_goes_as_fast_as_the_whole() -> None:
     whole = stroke(1200, back=1)
     whole = replace(whole, inputs={"slip_velocity": 0.1 * 2.0 ** np.floor(np.arange(1200) / 200)})
     assert with_its_motion(whole, whole.head(500)).times.size == 1001
+
+
+def test_a_part_shows_what_else_is_led() -> None:
+    """A load that is put on late, and only there: not where another trial's head has it from the start."""
+    whole = stroke(1200, back=1)
+    loaded = replace(whole, inputs={**whole.inputs, "normal_load": np.where(np.arange(1200) < 800, 1.0, 5.0)})
+    evenly = replace(whole, inputs={**whole.inputs, "normal_load": np.linspace(1, 5, 1200)})
+    heads = [loaded.head(500), evenly.head(500)]
+    assert shown_late([loaded, evenly], heads) == {"normal_load"}
+    assert shown_late([loaded, evenly], [loaded.head(500), evenly]) == set()
+    assert with_its_motion(loaded, loaded.head(500), {"normal_load"}).times.size == 801
+    assert with_its_motion(loaded, loaded.head(500)).times.size == 500

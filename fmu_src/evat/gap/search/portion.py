@@ -3,7 +3,7 @@ motion, and the answer says so."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -34,7 +34,8 @@ def portion(experiment: Experiment, model: Model, samples: float) -> tuple[Exper
             break
         most = left // longer
     heads = [trial.head(max(most, 2)) for trial in experiment.trials]
-    moving = [with_its_motion(whole, head) for whole, head in zip(experiment.trials, heads, strict=True)]
+    late = shown_late(experiment.trials, heads)
+    moving = [with_its_motion(whole, head, late) for whole, head in zip(experiment.trials, heads, strict=True)]
     if sum({key: moving[place].times.size for place, key in alike.items()}.values()) <= CONSTANTS.longer_heads * samples:
         heads = moving
     return replace(experiment, trials=tuple(heads)), _note(experiment.trials, heads)
@@ -54,14 +55,35 @@ def _note(trials: Sequence[Trial], heads: Sequence[Trial]) -> str:
     return f"only the first {span} samples of each trial were looked at; --whole takes all"
 
 
-def with_its_motion(whole: Trial, head: Trial) -> Trial:
+def shown_late(trials: Sequence[Trial], heads: Sequence[Trial]) -> set[str]:
+    """Inputs beside the motion, as a load or a temperature, that all heads together show too little of."""
+
+    def spans(some: Sequence[Trial], name: str) -> float:
+        columns = [trial.inputs[name] for trial in some if name in trial.inputs]
+        return float(max(map(np.max, columns)) - min(map(np.min, columns)))
+
+    names = {name for trial in trials for name in trial.inputs} - {MOTION}
+    return {name for name in names if spans(heads, name) < CONSTANTS.shown_range * spans(trials, name)}
+
+
+def with_its_motion(whole: Trial, head: Trial, late: Collection[str] = ()) -> Trial:
     """The head, or a longer one that goes back, too, and as fast, where the whole does: as long as what is done at one way is seen at one
-    only, an offset is friction, and so is an asymmetry; nor do slow plateaus tell what friction does at the fast ones that follow."""
-    if MOTION not in whole.inputs or head.times.size == whole.times.size:
+    only, an offset is friction, and so is an asymmetry; nor do slow plateaus tell what friction does at the fast ones that follow.
+
+    late : other inputs that have to be shown as far.
+    """
+    if head.times.size == whole.times.size:
         return head
-    slip = whole.inputs[MOTION]
-    forward, backward = (np.cumsum(np.maximum(sign * slip, 0.0)) for sign in (1, -1))
-    lesser, both, fastest = np.minimum(forward, backward), forward + backward, np.maximum.accumulate(np.abs(slip))
-    goes_back = lesser >= CONSTANTS.way_back * both * (lesser[-1] / max(both[-1], np.finfo(float).tiny))
-    shown = np.flatnonzero((goes_back & (fastest >= CONSTANTS.as_fast * fastest[-1]))[head.times.size - 1 :])
-    return whole.head(head.times.size + int(shown[0])) if shown.size else whole
+    enough = np.ones(whole.times.size, dtype=np.bool_)
+    if MOTION in whole.inputs:
+        slip = whole.inputs[MOTION]
+        forward, backward = (np.cumsum(np.maximum(sign * slip, 0.0)) for sign in (1, -1))
+        lesser, both, fastest = np.minimum(forward, backward), forward + backward, np.maximum.accumulate(np.abs(slip))
+        enough &= lesser >= CONSTANTS.way_back * both * (lesser[-1] / max(both[-1], np.finfo(float).tiny))
+        enough &= fastest >= CONSTANTS.shown_range * fastest[-1]
+    for name in set(late) & set(whole.inputs):
+        column = whole.inputs[name]
+        shown = np.maximum.accumulate(column) - np.minimum.accumulate(column)
+        enough &= shown >= CONSTANTS.shown_range * shown[-1]
+    first = np.flatnonzero(enough[head.times.size - 1 :])
+    return whole.head(head.times.size + int(first[0])) if first.size else whole
