@@ -24,6 +24,7 @@ from evat.required_inputs import (
 
 # Internal steps, far beyond what a sound set takes; a holder that chatters against a rigid law takes thousands.
 MOST_STEPS, STEPS_PER_SAMPLE, STEPS_PER_CYCLE = 2_000, 8, 120
+SPINDLE = "run_out.spindle_frequency"
 SETTLING_TIME = 1.0  # s of steady slip, far beyond any presliding; means are taken over the second half
 
 
@@ -80,7 +81,7 @@ class ContactModel(kernel.ContactTables):
     def simulate_many(self, run: Run, on: Sequence[str], values: Mapping[str, float | str | FloatArray]) -> Mapping[str, FloatArray]:
         """K value sets through one run; see evat.model.Model."""
         values = kernel.in_si(values)
-        cycles = float(run.times[-1] - run.times[0]) / self._period(values) if self._moves_by_itself(values) else 0.0
+        cycles = float(run.times[-1] - run.times[0]) * self._highest_frequency(values, on)
         most = MOST_STEPS + STEPS_PER_SAMPLE * run.times.size + STEPS_PER_CYCLE * cycles
         return run_many(run, values, on, threads=self.threads, most_steps=most).rows
 
@@ -138,6 +139,12 @@ class ContactModel(kernel.ContactTables):
         for name in (read.name for read in inputs):
             lacking.setdefault(name, []).append(f"{LAW} = {law}")
         return lacking
+
+    def _highest_frequency(self, values: Mapping[str, float | str | FloatArray], on: Sequence[str]) -> float:
+        """Of what moves by itself [Hz]: the tool, where it vibrates at all, and a spindle that runs out; 0 where nothing does."""
+        vibrates = self._moves_by_itself(values) and any(np.any(values.get(name, kernel.variable(name).start)) for name in AMPLITUDES)
+        turns = values.get(SPINDLE, kernel.variable(SPINDLE).start) if SPINDLE.partition(".")[0] in on else 0.0
+        return max(1 / self._period(values) if vibrates else 0.0, float(np.max(np.asarray(turns, dtype=np.float64))))
 
     @staticmethod
     def _period(values: Mapping[str, float | str | FloatArray]) -> float:
