@@ -175,6 +175,22 @@ def test_an_effect_that_may_close_nothing_is_doubted() -> None:
         assert len(said) == (not is_sure)
 
 
+def test_what_a_clock_leaves_beside_jumps_is_no_doubt() -> None:
+    """Where friction reversed between samples a right wear left as much as it closed elsewhere, and was "not sure to close any of the
+    gap"; away from there it closes all."""
+    comparison = compare(Prediction(Toy(), measured(["bend"], {"bend.c": 0.4}, conditions=2)))
+    whitening, held, model = comparison.whitening, HeldOut(comparison), comparison.models[BEND]
+    for place, group in enumerate(whitening.groups):
+        beside = np.arange(group.at.stop - group.at.start) % 50 == 0
+        whitening.jumps[place] = SimpleNamespace(weights=np.where(beside, 0.0, 1.0))
+        for member in group.members:
+            comparison.prediction.measured[comparison.prediction.segments[member].at][beside] += 20.0
+    share, _ = held.where_fitted(model)
+    clear, (low, _) = held.where_fitted(model, away=True)
+    assert share < 0.5 < 0.9 < low < clear
+    assert not any("closes any of the gap" in reason for reason in doubts(comparison, BEND, held))
+
+
 def test_a_condition_that_the_others_do_not_foresee_tests_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     """The second spring is mis-tuned, and nothing tells so where the condition that meets it is held out."""
 

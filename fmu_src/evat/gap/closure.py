@@ -85,29 +85,32 @@ class HeldOut:
             unsure[group.condition] += max(_unsure(fit, group.at) for fit in fits) / level
         return tuple(condition for condition in left if unsure[condition] < CONSTANTS.foreseen_condition * left[condition])
 
-    def closed(self, chosen: Fit, conditions: Sequence[str]) -> tuple[float, tuple[float, float]]:
+    def closed(self, chosen: Fit, conditions: Sequence[str], *, away: bool = False) -> tuple[float, tuple[float, float]]:
         """Share of the recalibrated model's gap that the model closes on held-out conditions, and its 90 % interval over recordings; nan
-        where there are none, or no gap to speak of."""
+        where there are none, or no gap to speak of. away : from jumps, beside which a clock that is off by a part of a sample leaves
+        more than any model closes."""
         if chosen is self.comparison.recalibrated:
             return math.nan, (math.nan, math.nan)
-        return self._shrinks(self.predicted(self.comparison.recalibrated), self.predicted(chosen), conditions)
+        return self._shrinks(self.predicted(self.comparison.recalibrated), self.predicted(chosen), conditions, away=away)
 
     def recalibrated(self, conditions: Sequence[str]) -> tuple[float, tuple[float, float]]:
         """The same of the nominal model's gap, by recalibration."""
         return self._shrinks(self.comparison.nominal.predicted, self.predicted(self.comparison.recalibrated), conditions)
 
-    def where_fitted(self, chosen: Fit) -> tuple[float, tuple[float, float]]:
+    def where_fitted(self, chosen: Fit, *, away: bool = False) -> tuple[float, tuple[float, float]]:
         """What the model closes of all conditions, which its fit has seen: of the recalibrated model's gap, or by it of the nominal one's.
-        Its interval over recordings is nan where these are too few to tell one."""
+        Its interval over recordings is nan where these are too few to tell one. away : from jumps."""
         comparison = self.comparison
         before = comparison.nominal if chosen is comparison.recalibrated else comparison.recalibrated
         conditions = comparison.prediction.experiment.conditions
-        share, interval = self._shrinks(before.predicted, chosen.predicted, conditions)
+        share, interval = self._shrinks(before.predicted, chosen.predicted, conditions, away=away)
         recordings = {member for group in comparison.whitening.groups for member in group.members}
         return share, interval if len(recordings) >= CONSTANTS.fewest_recordings else (math.nan, math.nan)
 
-    def _shrinks(self, before: FloatArray, after: FloatArray, conditions: Sequence[str]) -> tuple[float, tuple[float, float]]:
-        rows = _rows(self.comparison, before, after, conditions)
+    def _shrinks(
+        self, before: FloatArray, after: FloatArray, conditions: Sequence[str], *, away: bool = False
+    ) -> tuple[float, tuple[float, float]]:
+        rows = _rows(self.comparison, before, after, conditions, away=away)
         if not len(rows):  # no conditions, or a sensor that is too slow for what was held out
             return math.nan, (math.nan, math.nan)
         share = _share(rows.sum(axis=0))
@@ -219,8 +222,9 @@ def _again(comparison: Comparison, whole: Fit, mask: BoolArray) -> Fit:
     return again or whole
 
 
-def _rows(comparison: Comparison, before: FloatArray, after: FloatArray, held: Sequence[str]) -> FloatArray:
-    """Of each held-out recording: sums of squares before, after and of the noise floor, channels by their rms, and how many they are."""
+def _rows(comparison: Comparison, before: FloatArray, after: FloatArray, held: Sequence[str], *, away: bool = False) -> FloatArray:
+    """Of each held-out recording: sums of squares before, after and of the noise floor, channels by their rms, and how many they are.
+    away : from jumps."""
     whitening, prediction = comparison.whitening, comparison.prediction
     recordings = []
     for place, group in enumerate(whitening.groups):
@@ -232,11 +236,12 @@ def _rows(comparison: Comparison, before: FloatArray, after: FloatArray, held: S
         for member in group.members:
             at = prediction.segments[member].at
             measured = prediction.measured[at]
-            size = measured.size
+            counted = whitening.jumps[place].weights ** 2 if away else np.ones(measured.size)
+            size = float(counted.sum())
             recordings.append(
                 [
-                    float(np.sum((measured - before[at] - starts[0]) ** 2)) / level,
-                    float(np.sum((measured - after[at] - starts[1]) ** 2)) / level,
+                    float(counted @ (measured - before[at] - starts[0]) ** 2) / level,
+                    float(counted @ (measured - after[at] - starts[1]) ** 2) / level,
                     size * floor / level,
                     size,
                 ]

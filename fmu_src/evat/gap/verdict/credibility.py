@@ -30,7 +30,7 @@ def doubts(comparison: Comparison, on: Hypothesis, held: HeldOut) -> tuple[str, 
     for condition, (before, after) in held.worse(fit).items():
         reasons.append(f"it makes {condition} worse, left out of its fit: {before:.1%} of the rms were left, {after:.1%} with it")
     foreseen = held.foreseen(fit)
-    share, (low, high) = held.closed(fit, foreseen) if foreseen else held.where_fitted(fit)
+    share, (low, high) = held.closed(fit, foreseen, away=True) if foreseen else held.where_fitted(fit, away=True)
     seen = "left out of its fit" if foreseen else "that it was fitted to"
     if share <= 0:
         reasons.append(f"it leaves more of the gap than without it on the conditions {seen}: {share:.3g} of it closes")
