@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from evat.constants import CONSTANTS
 from evat.experiment import Experiment, Trial
 from evat.gap import diagnose_with
@@ -13,6 +15,7 @@ from evat.gap.search.part import part_of
 from evat.gap.search.portion import shown_late, with_its_motion
 from evat.inference.hypothesis import Hypothesis
 from evat.inference.prediction import Prediction
+from evat.model import FloatArray
 from toy import Toy, measured
 
 
@@ -56,6 +59,28 @@ def test_noise_is_that_of_the_whole() -> None:
     for place, segment in enumerate(part.prediction.segments):
         whole = next(n for n, s in enumerate(prediction.segments) if s.condition == segment.condition)
         assert some.noise.sizes[place] == comparison.noise.sizes[whole]
+
+
+class Late(Toy):
+    """A spring whose sensor begins to drift after 3 s."""
+
+    effects = tuple(replace(effect, unsteady=effect.name == "drift") for effect in Toy.effects)
+
+    def formula(self, times: FloatArray, values: Mapping[str, FloatArray], on: Collection[str]) -> Mapping[str, FloatArray]:
+        force = super().formula(times, values, [name for name in on if name != "drift"])["F"]
+        return {"F": force + values["drift.rate"] * np.maximum(times - 3, 0) if "drift" in on else force}
+
+
+@pytest.mark.parametrize(("bend", "named"), [(0.2, ("bend", "drift")), (0.0, ("drift",))])
+def test_what_grows_is_looked_for_in_the_whole(bend: float, named: tuple[str, ...]) -> None:
+    """In the first 1.4 s of each trial, which is searched, there is none of it: an offset was named for a drift."""
+    drift = 1.5 * np.maximum(np.arange(400) * 0.01 - 3, 0)
+    prediction = Prediction(Late(), apart(measured(["bend"], {"bend.c": bend}, conditions=9, repeats=2, extra=drift)))
+    part = part_of(prediction)
+    assert part is not None
+    assert max(trial.times[-1] for trial in part.prediction.experiment.trials) < 3
+    models = compare(prediction).models
+    assert max(models, key=lambda on: models[on].likelihood.evidence).effects == named
 
 
 def stroke(count: int, back: float) -> Trial:

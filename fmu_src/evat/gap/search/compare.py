@@ -11,6 +11,7 @@ from evat.constants import CONSTANTS
 from evat.gap.search.audit import Audit, audit
 from evat.gap.search.candidates import Candidates, Progress, allowed, best_pairs, of_one_family
 from evat.gap.search.form import with_form_of_law
+from evat.gap.search.growing import growing, try_growing
 from evat.gap.search.nested import polish
 from evat.gap.search.pairs import try_pairs
 from evat.gap.search.part import part_of
@@ -141,7 +142,10 @@ def _searched(
     candidates = _search(Candidates(part.prediction, some, base, offered, tell), acting)
     models = _fitted_to_all(prediction, whitening, candidates.models, tell)
     rough = {on: evidence - base.likelihood.evidence + recalibrated.likelihood.evidence for on, evidence in candidates.rough.items()}
-    return _Searched(models, rough, candidates.silent, candidates.unfed)
+    unfed = candidates.unfed
+    whole = Candidates(prediction, whitening, recalibrated, growing([e for e in acting if e.name not in unfed]), tell, models, rough)
+    try_growing(whole)
+    return _Searched(whole.models, whole.rough, candidates.silent, unfed)
 
 
 def _offered(prediction: Prediction) -> list[Effect]:
