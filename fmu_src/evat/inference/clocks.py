@@ -47,7 +47,7 @@ def likeliest_clocks(prediction: Prediction, whitening: BandWhitening, fitted: F
     """By channel, how late it was [s], to a fraction of what `with_clocks` tells: one after the other, other parameters following each.
     Empty where that tells none."""
     clocks = _clocks(prediction, fitted.values)
-    held = {channel: prediction.setup.clocks.get(channel, 0.0) for channel in clocks}
+    held = {channel: float(fitted.values.get(clock.name, prediction.setup.clocks.get(channel, 0.0))) for channel, clock in clocks.items()}
     names = {clock.name for clock in clocks.values()}
     follow = [place for place, parameter in enumerate(fitted.parameters) if parameter.name not in names]
     tries = CONSTANTS.tried_clocks

@@ -163,10 +163,11 @@ class Prediction:
         on : effects that are on, beside the nominal ones.
         """
         values = values or {}
-        rows = self._of_model(self._simulated(values), on)
+        sampled = self._sampled_as(values)
+        rows = sampled._of_model(self._simulated(values), on)
         for each in self._linear(values):
             rows = rows + self._away(each, values) * each.column
-        return self.setup.applied(rows, values)
+        return sampled.setup.applied(rows, values)
 
     def linearise(self, parameters: Sequence[Linearised]) -> Prediction:
         """The same, with these parameters entering linearly as long as the law is the nominal one."""
@@ -207,6 +208,17 @@ class Prediction:
         """The same with runs in which the channels of a record are so late [s], by name: a jump is then where it is between two samples."""
         other = copy.copy(self)
         other.setup = self.setup.sampled_at(clocks)
+        return other
+
+    def _sampled_as(self, values: Values) -> Prediction:
+        """The same with runs sampled where these values tell that the channels were, if the force jumps by itself: each model then has
+        clocks of its own, and not those of another shifted by interpolation, which rounds its jumps."""
+        late = {name: float(np.asarray(value)) for name, value in values.items() if name in self.setup.names and np.ndim(value) == 0}
+        setup = self.setup.late_as(late) if self.jumps else self.setup
+        if setup is self.setup:
+            return self
+        other = copy.copy(self)
+        other.setup = setup
         return other
 
     def set_up_as(self, whole: Prediction) -> Prediction:
@@ -255,7 +267,7 @@ class Prediction:
         def of_trial(place: int) -> FloatArray:
             trial = self.experiment.trials[place]
             times, inputs, before = with_lead_in(trial)
-            sampled, places = sample_times(times, [self.setup.clocks.get(channel, 0.0) for channel in trial.outputs])
+            sampled, places = sample_times(times, [self.setup.late(channel, times - trial.times[0]) for channel in trial.outputs])
             inputs = without_zero(inputs, values)
             shown = tuple(self.variable_of(channel) for channel in trial.outputs)
             start = {BRISTLE: self.starts[trial.file]} if trial.file in self.starts else {}
@@ -324,6 +336,8 @@ class Prediction:
 
         A step goes towards the inside of a variable's bounds.
         """
+        if (sampled := self._sampled_as(values)) is not self:
+            return sampled.jacobian(values, names, scales, on)
         bounds = {variable.name: variable for variable in self.model.variables}
         linear = {e.parameter.name: e for e in self._linear(values)}
         own = [name for name in names if name not in self.setup.names and name not in linear]

@@ -17,7 +17,7 @@ from evat.inference.law.law_form import with_law_forms
 from evat.inference.noise.estimate import Noise, estimate_noise
 from evat.inference.parameters import Parameter, form_parameters, nominal_parameters
 from evat.inference.prediction import Linearised, Prediction
-from evat.inference.setup.setup_errors import CLOCK, by_channel
+from evat.inference.setup.setup_errors import CLOCK, by_channel, name_of_clock
 from evat.inference.zeros_between_trials import tried_zeros
 from evat.model import FloatArray, SimulationError
 
@@ -81,7 +81,7 @@ def _clocked(prediction: Prediction, whitening: BandWhitening, fitted: Fit) -> t
         return before
     for _ in range(CONSTANTS.searches_of_clocks):
         clocks = likeliest_clocks(prediction, whitening, fitted)
-        if all(late == prediction.setup.clocks.get(channel, 0.0) for channel, late in clocks.items()):
+        if all(late == fitted.values.get(name_of_clock(channel)) for channel, late in clocks.items()):
             break
         prediction = prediction.sampled_at(clocks)
         held = {p.name: prediction.setup.start(p) for p in prediction.setup.parameters if by_channel(p.name)[1] == CLOCK}

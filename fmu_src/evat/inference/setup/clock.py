@@ -15,10 +15,10 @@ import numpy.typing as npt
 from evat.model import FloatArray
 
 
-def sample_times(times: FloatArray, late: Sequence[float]) -> tuple[FloatArray, list[npt.NDArray[np.intp]]]:
-    """Times (m,) of one run for channels that are so late [s] beside `times` (n,), none before the first; and where each finds its own,
-    (n,)."""
-    if not any(late):
+def sample_times(times: FloatArray, late: Sequence[float | FloatArray]) -> tuple[FloatArray, list[npt.NDArray[np.intp]]]:
+    """Times (m,) of one run for channels that are so late [s], each alike or so at every sample (n,), beside `times` (n,), none before the
+    first; and where each finds its own, (n,)."""
+    if not any(np.any(each) for each in late):
         return times, [np.arange(times.size)] * len(late)
     own = [np.maximum(times - each, times[0]) for each in late]
     sampled, places = np.unique(np.concatenate([times[:1], *own]), return_inverse=True)

@@ -45,6 +45,7 @@ class SetupErrors:
         self.recordings = recordings
         self.stated_mass = experiment.mass
         self.clocks: Mapping[str, float] = {}
+        self.drifts: Mapping[str, float] = {}
         self.unstated_mass: Parameter | None = None
         parameters = list[Parameter]()
         for channel in dict.fromkeys(recording.channel for recording in recordings):
@@ -89,7 +90,27 @@ class SetupErrors:
         """The same for runs in which each channel is as late as here [s]; values that are not named are these."""
         other = copy.copy(self)
         other.clocks = {channel: clock for channel, clock in clocks.items() if _name(channel, CLOCK) in self.names}
+        other.drifts = {}
         return other
+
+    def late_as(self, values: Mapping[str, float]) -> SetupErrors:
+        """The same for runs in which each channel is as late as the clocks and drifts among these values, by name, say; itself where it is
+        so already."""
+        own = {by_channel(name): value for name, value in values.items() if name in self.names}
+        clocks = {**self.clocks, **{channel: value for (channel, kind), value in own.items() if kind == CLOCK}}
+        drifts = {**self.drifts, **{channel: value for (channel, kind), value in own.items() if kind == CLOCK_DRIFT}}
+        if all(clocks[each] == self.clocks.get(each, 0.0) for each in clocks) and all(
+            drifts[each] == self.drifts.get(each, 0.0) for each in drifts
+        ):
+            return self
+        other = copy.copy(self)
+        other.clocks, other.drifts = clocks, drifts
+        return other
+
+    def late(self, channel: str, since: FloatArray) -> FloatArray | float:
+        """How late [s] a channel is in these runs, so long (n,) [s] after the first sample."""
+        drift = self.drifts.get(channel, 0.0)
+        return self.clocks.get(channel, 0.0) + (drift * since if drift else 0.0)
 
     def widest_clock(self, channel: str) -> float:
         """By how much the clock of a channel may be off, either way [s]."""
@@ -105,7 +126,9 @@ class SetupErrors:
 
     def _applied(self, rows: FloatArray, values: Mapping[str, float | str | FloatArray], inertia: bool) -> FloatArray:
         """inertia : what moves adds its own, as it does to a prediction and to no derivative of one."""
-        late = inertia and self.stated_mass > 0 and any(self.clocks.values())  # in runs that are sampled there
+        late = (
+            inertia and self.stated_mass > 0 and (any(self.clocks.values()) or any(self.drifts.values()))
+        )  # in runs that are sampled there
         if not late and all(np.all(np.asarray(values.get(name, self._usual(name))) == self._usual(name)) for name in self.names):
             return rows
         count = max(rows.shape[0], *(np.size(values.get(name, 0.0)) for name in self.names)) if rows.shape[0] == 1 else rows.shape[0]
@@ -126,6 +149,7 @@ class SetupErrors:
             return -self.stated_mass * recording.acceleration
         clock, drift = self._late(recording, values)
         clock = clock + self.clocks.get(recording.channel, 0.0) + later
+        drift = drift + self.drifts.get(recording.channel, 0.0)
         motions = np.broadcast_to(recording.acceleration, (max(len(clock), len(drift)), recording.acceleration.size))
         shown = _shifted(motions, recording.times, clock, drift)
         return (1 + gain) * (self.stated_mass + mass) * shown - self.stated_mass * recording.acceleration
@@ -174,7 +198,7 @@ class SetupErrors:
 
     def _usual(self, name: str) -> float:
         channel, kind = by_channel(name)
-        return self.clocks.get(channel, 0.0) if kind == CLOCK else 0.0
+        return {CLOCK: self.clocks, CLOCK_DRIFT: self.drifts}.get(kind, {}).get(channel, 0.0)
 
 
 def _unstated_mass(name: str, level: float, acceleration: FloatArray) -> Parameter | None:
@@ -232,6 +256,10 @@ def _name(channel: str, kind: str) -> str:
 def zero_of_input(name: str) -> str:
     """Its set-up error, whatever part of an experiment is looked at, and whether that shows it."""
     return _name(name, ZERO)
+
+
+def name_of_clock(channel: str) -> str:
+    return _name(channel, CLOCK)
 
 
 def by_channel(name: str) -> tuple[str, str]:
