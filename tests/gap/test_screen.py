@@ -167,7 +167,7 @@ def test_a_second_effect_promises_no_more_than_it_holds_where_its_slope_was_take
         for row in prediction.many({"late.T": np.array(lags)}, ["late"])
     )
     sums = whitening.sums(base.predicted, start.slopes)
-    taken_as_linear = linear_fit(whitening, sums, np.zeros(1), start.parameters)[0]
+    taken_as_linear = linear_fit(whitening, sums, base, start.parameters)[0]
     gains = [value - base.likelihood.evidence for value in (merit, held, taken_as_linear)]
     assert gains[0] < 1.5 * gains[1] < 0.5 * gains[2]
 
@@ -185,3 +185,18 @@ def test_ten_delays_of_a_sample_are_no_delay_of_ten() -> None:
         assert (force.low, force.high) == pytest.approx((-2 * lag.sd * reach, 2 * lag.sd * reach))
         two = replace(start, parameters=(lag, lag), reach=np.array([1.0, 1.0]))
         assert two.straight == (lag, lag)
+
+
+def test_a_second_effect_is_weighed_as_what_it_stands_beside() -> None:
+    """What a spike adds to the evidence of a fit counted for the fit alone: a pair had to make up for it, and was not fitted."""
+    prediction = Prediction(Toy(), measured(values={"k": 11.0}))
+    predicted = prediction.one()
+    whitening = BandWhitening(prediction, estimate_noise(prediction, predicted), predicted)
+    stiffness = Parameter("k", "N/m", 10.0, 1.0, 0.0, 1e6, spike="spring")
+    base = fit(prediction, whitening, (stiffness,), np.zeros(1))
+    assert base is not None
+    plain = likelihood(whitening, base.sums, base.point).evidence
+    assert base.likelihood.evidence < plain - 0.5
+    evidence, point = linear_fit(whitening, base.sums, base, ())
+    assert evidence == pytest.approx(base.likelihood.evidence, abs=0.05)
+    assert point == pytest.approx(base.point, abs=1e-3)

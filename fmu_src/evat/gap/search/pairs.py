@@ -41,8 +41,7 @@ def _beside_the_best(candidates: Candidates) -> Merit:
             # Slopes of the second effect as they are without the first.
             sums = candidates.whitening.sums(base.predicted, np.column_stack([base.slopes, start.slopes]))
             width = start.slopes.shape[1]
-            begin = np.concatenate([base.point, np.zeros(width)])
-            evidence, point = linear_fit(candidates.whitening, sums, begin, start.straight)
+            evidence, point = linear_fit(candidates.whitening, sums, base, start.straight)
             point = np.concatenate([point, start.point[width:]])
             if key not in merit or evidence > merit[key][0]:
                 merit[key] = (evidence, base, start, point)

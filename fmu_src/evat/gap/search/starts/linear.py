@@ -9,6 +9,7 @@ import numpy as np
 
 from evat.inference.band_whitening import BandWhitening, Sums
 from evat.inference.discrepancy import likelihood
+from evat.inference.fit import Fit, charged
 from evat.inference.parameters import Parameter
 from evat.model import FloatArray
 
@@ -34,11 +35,15 @@ def expected_evidence(information: FloatArray, point: FloatArray, parameters: Se
 
 
 def linear_fit(
-    whitening: BandWhitening, sums: Sums, point: FloatArray, parameters: Sequence[Parameter], rounds: int = 3
+    whitening: BandWhitening, sums: Sums, base: Fit, parameters: Sequence[Parameter], rounds: int = 3
 ) -> tuple[float, FloatArray]:
-    """Evidence and best point (p,) of a model that is linear in its parameters; as `sums` stand at `point`. `parameters` are the last of
-    them, whose bounds are kept: one that would leave them stays there."""
-    first, bounds = point.size - len(parameters), _bounds(parameters)
+    """Evidence and best point (p,) of a model that is linear in its parameters: those of `base`, from where it is, then `parameters`, from
+    0, whose bounds are kept: one that would leave them stays there. sums : of [slopes, residual] at that point.
+
+    The evidence is charged as that of `base` is: a law whose usual form is far from what a fit needs costs the same beside an effect.
+    """
+    point = np.concatenate([base.point, np.zeros(len(parameters))])
+    first, bounds = base.point.size, _bounds(parameters)
     free = np.ones(sums.grams.shape[-1])
     for _ in range(rounds):
         discrepancy = likelihood(whitening, sums, point)
@@ -49,7 +54,8 @@ def linear_fit(
         sums = Sums(moved(sums.grams, step) * np.outer(free, free))
         free[first : point.size] *= (wanted >= bounds[0]) & (wanted <= bounds[1])
     sums = Sums(sums.grams * np.outer(free, free))
-    return likelihood(whitening, sums, point).evidence, point
+    judged = charged(likelihood(whitening, sums, point), (*base.parameters, *parameters), point, base.fixed, base.on)
+    return judged.evidence, point
 
 
 def moved(grams: FloatArray, step: FloatArray) -> FloatArray:

@@ -134,7 +134,7 @@ class Screen:
         for _, row, parameters in sorted(promising, key=lambda each: -each[0])[: CONSTANTS.refined_points]:
             own = np.arange(row * width, (row + 1) * width)
             kept = [*range(fitted), *(fitted + own), *beside]
-            evidence, point = linear_fit(self.whitening, Sums(grams[:, :, kept][:, :, :, kept]), begin, parameters[:width])
+            evidence, point = linear_fit(self.whitening, Sums(grams[:, :, kept][:, :, :, kept]), base, parameters[:width])
             whole = np.concatenate([point[fitted:], design.points[row]])
             starts.append(
                 Start(design.effect, parameters, whole, evidence - design.cost(row), slopes[:, own], reached[own], design.fixed(row))
