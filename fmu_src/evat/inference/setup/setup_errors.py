@@ -96,15 +96,14 @@ class SetupErrors:
     def late_as(self, values: Mapping[str, float]) -> SetupErrors:
         """The same for runs in which each channel is as late as the clocks and drifts among these values, by name, say; itself where it is
         so already."""
-        own = {by_channel(name): value for name, value in values.items() if name in self.names}
-        clocks = {**self.clocks, **{channel: value for (channel, kind), value in own.items() if kind == CLOCK}}
-        drifts = {**self.drifts, **{channel: value for (channel, kind), value in own.items() if kind == CLOCK_DRIFT}}
-        if all(clocks[each] == self.clocks.get(each, 0.0) for each in clocks) and all(
-            drifts[each] == self.drifts.get(each, 0.0) for each in drifts
-        ):
+        told = {name: value for name, value in values.items() if name in self.names and by_channel(name)[1] in (CLOCK, CLOCK_DRIFT)}
+        if all(self._usual(name) == value for name, value in told.items()):
             return self
         other = copy.copy(self)
-        other.clocks, other.drifts = clocks, drifts
+        other.clocks, other.drifts = (
+            {**held, **{by_channel(name)[0]: value for name, value in told.items() if by_channel(name)[1] == kind}}
+            for kind, held in ((CLOCK, self.clocks), (CLOCK_DRIFT, self.drifts))
+        )
         return other
 
     def late(self, channel: str, since: FloatArray) -> FloatArray | float:
