@@ -92,3 +92,26 @@ def test_a_cycle_of_thousands_of_steps_is_not_searched_through() -> None:
     for name in ("bristle_deflection", "dynamometer_resonance.friction_force"):
         assert searched.get(name) == pytest.approx(run.get(name), rel=1e-9), name
     assert "periodic" in " ".join(searched.warnings())
+
+
+def test_a_search_that_comes_no_nearer_leaves_the_nearest() -> None:
+    """A stiff bristle rings the dynamometer, whose cycles differ by the errors of their steps: slopes lead on to cycles that miss more."""
+    motion: Values = {
+        "vibration_frequency": 493.3277103685363,
+        "amplitude_x": 2.4370141544172218e-06,
+        "amplitude_y": 5.9473420587962945e-06,
+    }
+    motion |= {"cutting_speed": 0.0109627892, "feed": 0.00012208689080684342, "phase_x": -1.6149580898964702, "phase_y": 3.0496424144611995}
+    motion |= {"rake_angle": -0.03380768010858137, "chip_flow_shear_angle": 0.33143300388606356}
+    law: Values = {"sigma0": 962800.0, "sigma1": 51090.0, "sigma2": 0.954, "F_C": 8.97, "F_S": 7.49, "v_s": 0.0001645}
+    law |= {"damping_mode": "as_published", "lugre.presliding_exponent": 2.167281696465162, "lugre.viscous_exponent": 1.563475010590384}
+    law |= {"direction_asymmetry.a": 0.04999793933600651, "direction_asymmetry.a_viscous": 0.02759113736170616}
+    law |= {"dynamometer_resonance.natural_period": 0.0001605032585974962, "dynamometer_resonance.damping_ratio": 0.05066866238388084}
+    own: Values = {"initial_state": "periodic", "relative_tolerance": 1e-4, "shear_angle_principle": "minimum_energy"}
+    contact = kernel.Contact({**motion, **law, **own}, ("direction_asymmetry", "dynamometer_resonance"))
+    contact.start()
+    names = [name for name in STATES["dynamometer_resonance"] if not name.endswith("rate")]
+    assert "periodic" in " ".join(contact.warnings())
+    before = read(contact, *names)
+    contact.advance(1 / motion["vibration_frequency"])
+    assert np.all(np.abs(read(contact, *names) - before) < 0.01 * np.abs(before).max())

@@ -177,6 +177,10 @@ static enum Status find_deflection(struct Contact *contact, const struct Configu
  * tolerance than of the contact, which then begins at rest. */
 #define ASTRAY 0.1
 
+/* Two cycles of a stiff resonance differ by the errors of their steps, which no slopes make smaller: a search that is
+ * near and has not halved what a cycle misses in so many tries has come as near as it can. */
+#define MOST_IDLE 4
+
 double scale_of(const struct Contact *contact, int index, int i)
 {
     const double nominal = kernel_variable(index)->nominal,
@@ -210,9 +214,21 @@ struct Search {
     double slope[UNKNOWNS][UNKNOWNS]; /* of what a cycle makes of them */
     double step[UNKNOWNS], missed; /* the next one; the largest miss, by its scale */
     int went_far[UNKNOWNS]; /* beyond all that a state may come to: what is little of it is as it was before */
-    int knows_slopes, more, done, lost;
+    double nearest[UNKNOWNS], least; /* what the cycle that missed least has come to, and what it missed */
+    int knows_slopes, more, idle, done, lost;
     double steps; /* of the integration */
 };
+
+/* What a cycle has come to. `by_slopes`: from where they led, and not on from the cycle before. */
+static void note_miss(struct Search *x, int count, const lanes *to, double missed, int by_slopes, int i)
+{
+    const int halves = !(missed > 0.5 * x->least);
+    x->idle = halves ? 0 : x->idle + (by_slopes && x->least <= ASTRAY);
+    for (int n = 0; n < count && missed <= x->least; ++n)
+        x->nearest[n] = to[n][i];
+    x->least = smaller(x->least, missed);
+    x->missed = missed;
+}
 
 /* What a cycle missed after a step tells of the slopes along it. */
 static void update_slopes(struct Search *x, int count, const double *miss)
@@ -304,7 +320,8 @@ static void begin_anew(struct Search *x, int count, lanes *from, int i)
         return;
     memset(x->slope, 0, sizeof x->slope);
     memset(x->went_far, 0, sizeof x->went_far);
-    x->steps = x->more = 0;
+    x->steps = x->more = x->idle = 0;
+    x->least = INFINITY;
     for (int n = 0; n < count; ++n)
         from[n][i] = 0;
 }
@@ -343,6 +360,8 @@ static enum Status find_states(struct Contact *contact, const struct Configurati
     lanes from[UNKNOWNS] = {{0}}, to[UNKNOWNS];
     int used = 0, converged = 0, given_up = 0, sought[UNKNOWNS];
     memset(search, 0, sizeof search);
+    EACH_LANE
+        search[i].least = INFINITY;
     while (used < count && unknown_index(w, used) >= 0)
         ++used;
     const int to_seek = foresee_slopes(contact, w, sought, search);
@@ -375,7 +394,8 @@ static enum Status find_states(struct Contact *contact, const struct Configurati
             const double missed = furthest(x->miss, x->scale, used);
             renew[i] = by_slopes && !x->done &&
                        (!x->knows_slopes || missed > larger(SLOW_STEP * x->missed, enough_of(&trial, i)));
-            x->missed = missed;
+            if (!x->done)
+                note_miss(x, used, (const lanes *)to, missed, by_slopes, i);
             any |= renew[i];
             x->steps += (1 + renew[i] * (tries == 0 ? to_seek : used)) *
                         (trial.value[VAR_STEP_COUNT][i] - contact->value[VAR_STEP_COUNT][i]);
@@ -395,10 +415,10 @@ static enum Status find_states(struct Contact *contact, const struct Configurati
             turn_as_missed(x, w, used);
             const int near = larger(x->missed, furthest(x->step, x->scale, used)) <= enough_of(&trial, i);
             x->done = near && (forces_came_back(&trial, w, used, (const lanes *)from, i) || ++x->more > MORE_CYCLES);
-            const int gives_up = !x->done && x->steps > most_steps_of_cycles(contact);
-            x->lost = !x->done && !(x->missed <= ASTRAY) && !(gives_up && tries == 0);
+            const int gives_up = !x->done && (x->steps > most_steps_of_cycles(contact) || x->idle >= MOST_IDLE);
+            x->lost = !x->done && !((gives_up ? x->least : x->missed) <= ASTRAY) && !(gives_up && tries == 0);
             for (int n = 0; n < used && !x->done; ++n)
-                from[n][i] = gives_up ? to[n][i] : from[n][i] + x->step[n];
+                from[n][i] = gives_up ? x->nearest[n] : from[n][i] + x->step[n];
             given_up |= gives_up;
             x->done |= gives_up;
             converged &= x->done;
