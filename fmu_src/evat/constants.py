@@ -500,6 +500,12 @@ class _Constants(ConstantTable):
     credible_shift_slope = Constant(
         2.0, "log-odds per prior sd", "by which a shift beyond that is no mis-tuning, where an effect needs none"
     )
+    stated_freedom = Constant(
+        16.0,
+        "degrees of freedom",
+        "of Student's t, by whose tails a stated value counts against models that move it: of an uncertainty that is itself known to 18 %",
+        source="Guide to the expression of uncertainty in measurement (2008), G.4.2",
+    )
     accuracy_of_laws = Constant(
         0.02, "of the rms", "no friction law follows a measured force any closer: a gap of this size is nothing to look at"
     )

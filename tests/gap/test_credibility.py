@@ -308,6 +308,16 @@ def test_a_value_that_is_not_credible_counts_in_full_against_what_needs_it(shift
     assert judged.verdict == "effect"
 
 
+def test_a_value_that_an_effect_of_another_form_moves_is_no_proof_against_it() -> None:
+    """Process damping that grew with the square of the speed was told as a holder's compliance of a sixth of its evidence, for a viscous
+    friction 6.3 standard deviations off where recalibration alone moved it by 5.4."""
+    leans = Hypothesis(("lean",))
+    seen = features(2, {"bend": (263, 0.5), "lean": (47, 0.6)}, exact=-3400)
+    judged = judge(replace(seen, shift=5.4, shifts={BEND: 6.3, leans: 3.3}), Constants())
+    assert (judged.verdict, judged.chosen) == ("effect", BEND)
+    assert judge(replace(seen, shift=5.4, shifts={BEND: 16.0, leans: 3.3}), Constants()).chosen != BEND
+
+
 @pytest.mark.parametrize(("left", "verdict"), [(0.05, "effect"), (0.97, "unknown")])
 def test_the_share_that_counts_is_that_of_held_out_conditions(left: float, verdict: str) -> None:
     seen = replace(features(30, {"bend": (300, 0.02)}, exact=-50), held_out={BEND: left})

@@ -247,12 +247,18 @@ def _score(on: Hypothesis, gain: float, left: float, constants: Constants) -> fl
 
 
 def _surprises(features: Features) -> dict[Hypothesis, float]:
-    """Log-odds against each hypothesis, of the nominal value that it moves most, in prior standard deviations beyond what is credible. In
-    full, unlike evidence: what its owner states of a value leans on no form of a law. Where every model moves one further than that, the
-    owner was too sure by as much as the least of these tells."""
+    """Log-odds against each hypothesis, of the nominal value that it moves most beyond what is credible. In full, unlike evidence: what its
+    owner states of a value leans on no form of a law. But owners are too sure at times, and an effect whose form in the world is another
+    moves values, too: so by the tails of Student's t, and not of a normal distribution. Where every model moves one further than is
+    credible, the owner was too sure by as much as the least of these tells."""
     shifts = {on: features.shifts.get(on, 0.0) for on in features.gain}
     too_sure = max(min([features.shift, *shifts.values()]) / CONSTANTS.credible_shift, 1.0)
-    return {on: 0.5 * max((shift / too_sure) ** 2 - CONSTANTS.credible_shift**2, 0.0) for on, shift in shifts.items()}
+    return {on: max(_against(shift / too_sure) - _against(CONSTANTS.credible_shift), 0.0) for on, shift in shifts.items()}
+
+
+def _against(shift: float) -> float:
+    """What a shift of so many standard deviations costs of log probability, by Student's t."""
+    return 0.5 * (CONSTANTS.stated_freedom + 1) * math.log1p(shift**2 / CONSTANTS.stated_freedom)
 
 
 def _sigmoid(x: float) -> float:
