@@ -49,7 +49,8 @@ static void rate(const lanes *p, const struct Point *x, const lanes *state, lane
 
 /* clang-format off */
 const struct Effect effect_amplitude_loss = {
-    .equation = "a, b scaled by 1 - kappa F_mean/F_ref, T dF_mean/dt = principal_force - F_mean",
+    .equation = "a, b scaled by 1 - kappa F_mean/F_ref, T dF_mean/dt = principal_force - F_mean; the nominal surface stays where the "
+                "amplitudes without load put it",
     .signature = "contact ratio and speed ratio change with load: heavier cuts separate later and slip slower",
     .applies_to = "internal, combined",
     .family = "path",

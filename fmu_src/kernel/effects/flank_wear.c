@@ -27,7 +27,8 @@ static void rub(const lanes *p, const lanes *state, struct Point *x)
 
 /* clang-format off */
 const struct Effect effect_flank_wear = {
-    .equation = "feed_force + K_f w s, principal_force + K_p w s while cutting, s the distance slid",
+    .equation = "feed_force + K_f w s, principal_force + K_p w s while cutting, s the sliding distance on "
+                "the rake face since the start",
     .signature = "feed force (and some principal force) grows steadily through the record, at the same motion",
     .applies_to = "internal, combined, uncut_thickness",
     .family = "wear", .unsteady = 1, .irreversible = 1,

@@ -26,7 +26,7 @@ static void drift(const lanes *p, const lanes *state, struct Point *x)
 
 /* clang-format off */
 const struct Effect effect_friction_wear = {
-    .equation = "F_C, F_S scaled by 1 + delta (1 - exp(-s/s_0)), s the distance slid",
+    .equation = "F_C, F_S scaled by 1 + delta (1 - exp(-s/s_0)), s the sliding distance since the start",
     .signature = "the friction level drifts through the record at the same motion, in both directions alike",
     .family = "wear", .unsteady = 1, .irreversible = 1,
     .stage = STAGE_FRICTION, .act = drift,
