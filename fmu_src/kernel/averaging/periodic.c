@@ -178,8 +178,9 @@ static enum Status find_deflection(struct Contact *contact, const struct Configu
 #define ASTRAY 0.1
 
 /* Two cycles of a stiff resonance differ by the errors of their steps, which no slopes make smaller: a search that is
- * near and has not halved what a cycle misses in so many tries has come as near as it can. */
-#define MOST_IDLE 4
+ * near and has not halved what a cycle misses in so many tries has come as near as it can. Within the tolerance that is
+ * a state that comes back. */
+#define MOST_IDLE 6
 
 double scale_of(const struct Contact *contact, int index, int i)
 {
@@ -419,7 +420,7 @@ static enum Status find_states(struct Contact *contact, const struct Configurati
             x->lost = !x->done && !((gives_up ? x->least : x->missed) <= ASTRAY) && !(gives_up && tries == 0);
             for (int n = 0; n < used && !x->done; ++n)
                 from[n][i] = gives_up ? x->nearest[n] : from[n][i] + x->step[n];
-            given_up |= gives_up;
+            given_up |= gives_up && !(x->least <= w->p[VAR_RELATIVE_TOLERANCE][i]);
             x->done |= gives_up;
             converged &= x->done;
             if (tries == 0 && !x->done) /* once slopes are known: cycles of other steps differ by their errors, too */
