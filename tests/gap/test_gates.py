@@ -159,7 +159,7 @@ def test_a_gate_at_its_threshold() -> None:
 
 def test_values_that_nobody_can_have_meant_are_no_mistuning() -> None:
     """The same small gap: mis-tuned while values stay credible, an effect where they do not and with it would."""
-    seen = features(0.04, {"a": (12, 0.5)}, exact=-400)
+    seen = features(0.04, {"a": (30, 0.5)}, exact=-400)
     on = Hypothesis(("a",))
     assert judge(seen, Constants()).verdict == "mistuned"
     strange = replace(seen, shift=8.0, shifts={on: 1.0})
@@ -167,3 +167,11 @@ def test_values_that_nobody_can_have_meant_are_no_mistuning() -> None:
     assert told(judge(strange, Constants()))["credible_values"].moved
     assert judge(replace(strange, shift=3.0), Constants()).verdict == "mistuned"
     assert judge(replace(strange, shifts={on: 7.0}), Constants()).verdict == "mistuned"
+
+
+def test_an_effect_that_only_takes_values_back_a_little_is_none() -> None:
+    """Values misstated by 4 standard deviations were told as rate and state: 7 of log evidence, most of it for a value 3.0 off, not 4.9."""
+    seen, on = features(0.04, {"a": (7, 0.1)}, exact=-400), Hypothesis(("a",))
+    assert judge(replace(seen, shift=4.9, shifts={on: 3.0}), Constants()).verdict == "mistuned"
+    by_data = features(0.04, {"a": (20, 0.1)}, exact=-400)
+    assert judge(replace(by_data, shift=4.9, shifts={on: 3.0}), Constants()).verdict == "effect"

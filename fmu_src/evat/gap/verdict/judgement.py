@@ -102,10 +102,7 @@ def steps(features: Features, constants: Constants, reverse: Collection[str] = (
     surprises = {on: 0.0 if "credible_values" in reverse else surprise for on, surprise in _surprises(features).items()}
     scores = {on: score - surprises[on] for on, score in scores.items()}
     # What may be chance explains nothing.
-    sure = {
-        on: 1.0 if "beyond_chance" in reverse else _sigmoid((gain - CONSTANTS.chance_evidence) / CONSTANTS.chance_evidence_scale)
-        for on, gain in features.gain.items()
-    }
+    sure = {on: 1.0 if "beyond_chance" in reverse else _no_chance(gain) for on, gain in features.gain.items()}
     unexplained = {on: 1 - max(1 - lefts[on], 0.0) * sure[on] * math.exp(-surprises[on]) for on in sure}
     closest = min(unexplained, key=lambda on: unexplained[on], default=NOMINAL)
     left = unexplained.get(closest, 1.0)
@@ -124,7 +121,7 @@ def steps(features: Features, constants: Constants, reverse: Collection[str] = (
         if "evident_effect" not in reverse:
             structural = max(structural, evident * max(1 - lefts[best], 0.0))
         if best in credible:
-            structural = max(structural, strange * sure[best] * max(1 - lefts[best], 0.0))
+            structural = max(structural, strange * min(sure[best], _no_chance(_told_by_data(best, features))) * max(1 - lefts[best], 0.0))
     odds = math.log(max(left, 1e-3) / max(1 - left, 1e-3))
     by_library = _sigmoid(constants.unknown_offset + constants.unknown_slope * odds) if scores else 1.0
     if "known_to_library" in reverse:
@@ -259,6 +256,19 @@ def _surprises(features: Features) -> dict[Hypothesis, float]:
 def _against(shift: float) -> float:
     """What a shift of so many standard deviations costs of log probability, by Student's t."""
     return 0.5 * (CONSTANTS.stated_freedom + 1) * math.log1p(shift**2 / CONSTANTS.stated_freedom)
+
+
+def _told_by_data(on: Hypothesis, features: Features) -> float:
+    """Log evidence of a hypothesis without most of what it gains because it leaves stated values where they are: by Student's t, and not
+    by a normal distribution, by which values 5 standard deviations off would speak for any effect that takes them back a little."""
+    shift, shift_with_it = features.shift, features.shifts.get(on, 0.0)
+    normal, tailed = 0.5 * (shift**2 - shift_with_it**2), _against(shift) - _against(shift_with_it)
+    return features.gain[on] - max(normal - tailed, 0.0)
+
+
+def _no_chance(gain: float) -> float:
+    """Probability that so much log evidence is none."""
+    return _sigmoid((gain - CONSTANTS.chance_evidence) / CONSTANTS.chance_evidence_scale)
 
 
 def _sigmoid(x: float) -> float:
