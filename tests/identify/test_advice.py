@@ -15,6 +15,7 @@ from evat.model import FloatArray, Run
 from evat.models.contact import ContactModel
 from evat.native import kernel
 from known_rigs import exact
+from scipy.signal import lfilter
 
 MODEL = ContactModel(threads=1)
 SHIPPED = parameter_sets.load("regularised/al-6061")
@@ -37,19 +38,22 @@ def rig(*trials: Trial) -> Experiment:
     return exact(Experiment(Path(), "rig", "", Nominal(TRUTH, SHIPPED.effects, {}), signals, trials, None, "hash of no file"))
 
 
-def recorded(name: str, times: FloatArray, slip: FloatArray, temperature: FloatArray, sd: float, seed: int) -> Trial:
+def recorded(name: str, times: FloatArray, slip: FloatArray, temperature: FloatArray, sd: float, seed: int, memory: float = 0.0) -> Trial:
+    """memory : correlation of the noise of neighbouring samples."""
     inputs = {"slip_velocity": slip, "contact_temperature": temperature}
     clean = MODEL.simulate(Run(times, inputs, ("friction_force",)), SHIPPED.effects, {**TRUTH, "relative_tolerance": 1e-7})
-    noisy = clean["friction_force"] + sd * np.random.default_rng(seed).standard_normal(times.size)
+    white = np.random.default_rng(seed).standard_normal(times.size + 100)
+    noisy = clean["friction_force"] + sd * np.sqrt(1 - memory**2) * lfilter([1.0], [1.0, -memory], white)[100:]
     return Trial(f"{name}.csv", name, {}, times, inputs, {"friction_force": noisy})
 
 
-def test_temperature_steps_are_advised_where_only_they_tell() -> None:
+@pytest.mark.parametrize("memory", [0.0, 0.8])
+def test_temperature_steps_are_advised_where_only_they_tell(memory: float) -> None:
     """Al 6061 to and fro at one temperature: the exponent of softening is told by nothing, wherever its estimate ends. Temperature steps
     are advised; tests at the very levels that the advice names then give about the standard error that it promises."""
     times = np.arange(1000) * 1e-3
     slip = 0.05 * np.sin(4 * np.pi * times) + 3 * WAY * 50 * np.pi * np.cos(50 * np.pi * times)
-    one = recorded("warm", times, slip, np.full(times.size, WARM), 0.1, 1)
+    one = recorded("warm", times, slip, np.full(times.size, WARM), 0.1, 1, memory)
     identification = identify(rig(one), MODEL, FREE, Settings(search="none", seed=1))
     assert identification[Q].verdict == "not identifiable"
     assert "proxy does not vary" in identification[Q].why
@@ -64,7 +68,7 @@ def test_temperature_steps_are_advised_where_only_they_tell() -> None:
     fastest = float(np.max(np.abs(slip)))
     heated = motions.heated(levels, WARM, "contact_temperature", [share * WAY for share in motions.AMPLITUDES], [fastest], 1000.0)
     more = [
-        recorded(each.condition, each.times, each.inputs["slip_velocity"], each.inputs["contact_temperature"], 0.1, 2 + place)
+        recorded(each.condition, each.times, each.inputs["slip_velocity"], each.inputs["contact_temperature"], 0.1, 2 + place, memory)
         for place, each in enumerate(heated)
     ]
     again = identify(rig(one, *more), MODEL, FREE, Settings(search="none", seed=1, profiles=False))

@@ -16,7 +16,9 @@ from evat import motions
 from evat.experiment import Experiment, Trial
 from evat.identification.covariance import Optimum
 from evat.identification.objective import Objective, slopes
+from evat.inference.noise.autoregression import WHITE, autocovariance, autoregression, innovations
 from evat.inference.prediction import Prediction
+from evat.inference.sample_whitening import SampleWhitening
 from evat.model import EvatError, FloatArray
 from evat.motions import Motion
 
@@ -92,8 +94,13 @@ def advise(objective: Objective, optimum: Optimum, wanted: Sequence[str], untold
 
 
 def _information(objective: Objective, optimum: Optimum, point: FloatArray, several: Sequence[Motion]) -> FloatArray | None:
-    """Fisher information of motions at a point, with the noise of the present data; None where the model cannot run them."""
-    experiment = objective.prediction.experiment
+    """Fisher information of motions at a point, with the noise of the present data, which goes on for as long as it does there; None where
+    the model cannot run them."""
+    experiment, weigh = objective.prediction.experiment, optimum.loss.weigh
+    if isinstance(weigh, SampleWhitening):
+        filters = weigh.noise.filters
+    else:
+        filters = {channel: autoregression(rows) for channel, rows in objective.prediction.recordings(optimum.residual).items()}
     like = experiment.trials[0]
     trials = []
     for motion in several:
@@ -102,16 +109,30 @@ def _information(objective: Objective, optimum: Optimum, point: FloatArray, seve
         own = {name: value for name, value in motion.values.items() if name in like.values}
         trials.append(Trial(motion.condition, motion.condition, {**like.values, **own}, motion.times, {**others, **motion.inputs}, outputs))
     prediction = Prediction(objective.prediction.model, replace(experiment, trials=tuple(trials), means=None))
-    weights = np.empty(prediction.measured.size)
-    for segment in prediction.segments:
-        weights[segment.at] = 1 / optimum.loss.sd[segment.channel]
     try:
         _, table = slopes(prediction, objective.space, objective.values, objective.on, point)
     except EvatError:
         return None
-    scaled = table * weights[:, None]
+    scaled = np.zeros_like(table)
+    for segment in prediction.segments:
+        intervals = trials[segment.trial].sampling_interval / like.sampling_interval
+        filter_ = _sampled_as_often(filters.get(segment.channel, WHITE), intervals)
+        white = innovations(filter_, table[segment.at]) / optimum.loss.sd[segment.channel]
+        scaled[segment.at.stop - len(white) : segment.at.stop] = white
     information: FloatArray = scaled.T @ scaled / optimum.unit
     return information if np.all(np.isfinite(information)) else None
+
+
+def _sampled_as_often(filter_: FloatArray, intervals: float) -> FloatArray:
+    """The whitening filter of a noise of variance 1 when it is sampled after so many intervals instead of one: that of the first-order
+    autoregression which neighbouring samples then go together as."""
+    lags = autocovariance(filter_, math.ceil(intervals) + 2)
+    if intervals < 1:
+        correlation = max(float(lags[1] / lags[0]), 0.0) ** intervals
+    else:
+        correlation = float(np.interp(intervals, np.arange(lags.size), lags / lags[0]))
+    whitening: FloatArray = np.array([1.0, -correlation]) / math.sqrt(1 - correlation**2) if correlation else WHITE
+    return whitening
 
 
 def _number(values: Mapping[str, float | str], name: str) -> float:
