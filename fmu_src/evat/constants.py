@@ -285,6 +285,9 @@ class _Constants(ConstantTable):
         (-0.5, 0.8), "lag-one correlation", "of the noise of a sensor, at least and at most; what is smoother may be what a model lacks"
     )
     windows_per_cycle = Constant(5, "windows", "a motion that comes back in fewer leaves none of them calm", low=1.0)
+    fewest_cycles = Constant(3, "cycles", "of a fast motion in a recording, that tell what comes back with it from noise", low=2.0)
+    harmonics_of_a_jump = Constant(30, "harmonics", "that a jump between two samples has still, where they are seen as slower ones", low=1)
+    samples_per_amplitude = Constant(8, "samples", "for each amplitude of a harmonic that changes slowly", low=2, source="budget of work")
     burst_samples = Constant(5, "samples", "a burst fills most of so many")
     burst_height = Constant(7.0, "robust sd of medians", "beyond which they are a burst; noise reaches 5")
     line_height = Constant(40.0, "of the spectrum around", "beyond which it is a line; noise reaches 15")

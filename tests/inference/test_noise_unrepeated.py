@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import pytest
@@ -11,6 +11,7 @@ from evat.inference.band_whitening import BandWhitening
 from evat.inference.noise.autoregression import autocovariance
 from evat.inference.noise.calm_windows import autoregression_where_calm
 from evat.inference.noise.estimate import estimate_noise
+from evat.inference.noise.harmonics import without_harmonics
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray
 from known_rigs import MODEL, STEP, TO_AND_FRO, TRUTH, experiment, force, trial
@@ -26,10 +27,12 @@ def coloured(memory: float, seed: int, count: int) -> FloatArray:
     return noise
 
 
-def recorded(memory: float, lacks: Callable[[FloatArray], FloatArray] = np.zeros_like) -> Prediction:
-    """A recording of each condition; lacks : from a velocity what no law has of the force [N]."""
+def recorded(
+    memory: float, lacks: Callable[[FloatArray], FloatArray] = np.zeros_like, motions: Sequence[FloatArray] = MOTIONS
+) -> Prediction:
+    """A recording of each motion; lacks : from a velocity what no law has of the force [N]."""
     trials = []
-    for place, motion in enumerate(MOTIONS):
+    for place, motion in enumerate(motions):
         clean = force(motion) + lacks(motion) + coloured(memory, place, motion.size)
         trials.append(trial(motion, f"c{place}", noise=0.0, measured=clean))
     return Prediction(MODEL, experiment(*trials, nominal=TRUTH))
@@ -60,6 +63,34 @@ def test_noise_that_goes_on_is_as_large_as_it_is(memory: float) -> None:
 @pytest.mark.parametrize("memory", [0.0, 0.6])
 def test_what_a_model_lacks_is_no_noise(memory: float, lacks: Callable[[FloatArray], FloatArray]) -> None:
     assert level(recorded(memory, lacks)) == pytest.approx(SD, rel=0.2)
+
+
+FAST = {
+    "at each reversal": lambda v: 0.5 * np.sign(v),  # ten times the noise between neighbours
+    "over half a cycle": lambda v: 1.0 * np.maximum(v, 0.0) / np.max(v),
+    "as something slow turns": lambda v: 0.5 * np.sign(v) * (1.0 + 0.5 * np.sin(2 * np.pi * 1.3 * np.arange(v.size) / v.size)),
+    "as something wears": lambda v: 1.0 * np.sign(v) * np.arange(v.size) / v.size,
+}
+
+
+@pytest.mark.parametrize("lacks", FAST.values(), ids=FAST.keys())
+@pytest.mark.parametrize(("samples", "size"), [(16.0, 1500), (24.3, 1500), (90.0, 1500), (66.0, 264)])
+@pytest.mark.parametrize("memory", [0.0, 0.6])
+def test_what_a_model_lacks_in_each_cycle_of_a_fast_motion_is_no_noise(
+    memory: float, samples: float, size: int, lacks: Callable[[FloatArray], FloatArray]
+) -> None:
+    """No window of such a recording is calm. By second differences of white noise it would be 0.6 to 2.4 times as large."""
+    places = np.arange(size)
+    motions = [scale * np.sin(2 * np.pi * places / samples + 0.1) for scale in (0.04, 0.05, 0.06, 0.08)]
+    assert level(recorded(memory, lacks, motions)) == pytest.approx(SD, rel=0.35)
+
+
+@pytest.mark.parametrize(("size", "samples"), [(160, 50.0), (1500, 24.3), (1500, 119.3), (20000, 7.7)])
+def test_noise_keeps_its_size_without_harmonics(size: int, samples: float) -> None:
+    row = SD * np.random.default_rng(1).standard_normal(size)
+    without = without_harmonics(row, samples)
+    assert np.std(without) == pytest.approx(SD, rel=4 / np.sqrt(2 * size))
+    assert not np.allclose(without, row, rtol=0.0, atol=0.01 * SD)
 
 
 def test_a_model_that_is_right_leaves_no_structure_beside_noise_that_goes_on() -> None:

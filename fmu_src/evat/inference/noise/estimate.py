@@ -24,6 +24,7 @@ from evat.inference.noise.autoregression import (
 )
 from evat.inference.noise.calm_windows import autoregression_where_calm, innovation_sd_where_calm
 from evat.inference.noise.discontinuities import bends
+from evat.inference.noise.harmonics import without_harmonics
 from evat.inference.noise.irregularity import Irregularity, bursts, irregular, without_lines
 from evat.inference.noise.means import nugget, replicate_sd
 from evat.inference.prediction import Prediction, Segment
@@ -220,11 +221,14 @@ def _unrepeated(prediction: Prediction, rows: Mapping[int, FloatArray], sizes: F
         filter_ = autoregression(list(rows.values()))
         sizes[list(rows)] = innovation_sd(filter_, list(rows.values()))
         return filter_
-    regular = {place: without_lines(row) for place, row in rows.items()}
-    # A motion that comes back within some windows leaves none of these calm.
-    calm = [
-        row for place, row in regular.items() if not 0 < _cycle(prediction, place) < CONSTANTS.windows_per_cycle * CONSTANTS.calm_window
-    ]
+    regular, calm = dict[int, FloatArray](), list[FloatArray]()
+    for place, row in rows.items():
+        samples = _cycle(prediction, place)
+        fast = 0 < samples < CONSTANTS.windows_per_cycle * CONSTANTS.calm_window  # none of its windows is calm
+        several = fast and CONSTANTS.fewest_cycles * samples <= row.size
+        regular[place] = without_lines(without_harmonics(row, samples) if several else row)
+        if several or not fast:
+            calm.append(regular[place])
     told = autoregression_where_calm(calm)
     filter_ = WHITE if told is None else told
     for place, row in regular.items():
