@@ -166,6 +166,19 @@ def test_flank_wear_grows_with_the_distance_slid() -> None:
     assert np.diff(feed[:401:50]) == pytest.approx(feed[50], rel=1e-9)  # forth or back
 
 
+@pytest.mark.parametrize("break_in", [0.05, 0.5, 1e4])
+def test_forces_end_their_growth_once_the_edge_has_broken_in(break_in: float) -> None:
+    """At first as fast as without a break-in, and in the end as far as on that distance; one far beyond the record is none."""
+    times = np.linspace(0, 5, 501)
+    own = {"flank_wear.feed_rate": 2e4, "flank_wear.principal_rate": 5e3, "width": 2e-3, "flank_wear.break_in": break_in}
+    inputs = {"slip_velocity": np.full(times.size, 0.4), "uncut_thickness": np.full(times.size, 1e-4)}
+    worn, sharp = (follow(times, inputs, {**CONSTANT, **own}, on, *CHIP) for on in (["flank_wear"], []))
+    principal, feed = worn - sharp
+    assert feed[1:] == pytest.approx(-2e4 * 2e-3 * break_in * np.expm1(-0.4 * times[1:] / break_in), rel=1e-6)
+    assert principal[1:] == pytest.approx(feed[1:] / 4, rel=1e-6)
+    assert (feed[-1] / feed[1] > 499) == (break_in > 1e3)
+
+
 def pressed(on: list[str], times: np.ndarray, *names: str, **values: float | str) -> np.ndarray:
     return course(begun({**CONSTANT, "cutting_speed": 1.5 * FASTEST, **values}, on), times, *names)
 
@@ -185,6 +198,18 @@ def test_process_damping_is_half_a_damper() -> None:
         assert np.all(force[u_y < -1e-6] > 0)
         taken = -np.trapezoid(force * u_y, times)
         assert taken == pytest.approx(0.5 * pi * C * width / speed * omega * (0.1 * AMPLITUDE) ** 2, rel=1e-6)
+
+
+def test_a_flank_that_is_pressed_rubs() -> None:
+    """Along the cut, in proportion to the force that presses: its friction coefficient is C_p over C."""
+    times = np.linspace(0, PERIOD, 2001)
+    values = {"process_damping.C": 2e3, "process_damping.C_p": 600.0, "amplitude_x": 0.0, "cutting_speed": 2.0}
+    principal, feed = np.subtract(*(pressed(on, times, *CHIP, **values) for on in (["process_damping"], [])))
+    assert feed.max() > 0.01
+    assert principal == pytest.approx(0.3 * feed, rel=1e-9, abs=1e-9)
+    rubbed = np.subtract(*(pressed(on, times, *CHIP, **{**values, "process_damping.C": 0.0}) for on in (["process_damping"], [])))
+    assert rubbed[0] == pytest.approx(principal, abs=1e-9)
+    assert np.all(rubbed[1] == 0)
 
 
 def test_process_damping_grows_no_more_beyond_the_steepest_slope() -> None:

@@ -167,13 +167,15 @@ def parameters(random: Random, effect: Effect, duration: float, values: Mapping[
             drawn[name] = value
     if "dynamometer_resonance.natural_period" in drawn:  # no more swings than can be followed
         drawn["dynamometer_resonance.natural_period"] = min(max(drawn["dynamometer_resonance.natural_period"], duration / 300), 1)
+    if "flank_wear.break_in" in drawn and shown:
+        drawn["flank_wear.break_in"] = logarithmic(random, 1e-5, 1)
     return drawn
 
 
 def _near(random: Random, variable: Variable) -> float:
     if variable.start == 0:
         reach = min(abs(variable.min), abs(variable.max), 1e3)
-        return random.uniform(-0.3, 0.3) * reach
+        return max(random.uniform(-0.3, 0.3) * reach, variable.min)
     if variable.start == 1 and variable.max == 1:  # a share
         return random.uniform(0.2, 1)
     value = variable.start * math.exp(random.normal(0, 0.7))
