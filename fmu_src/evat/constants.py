@@ -286,6 +286,9 @@ class _Constants(ConstantTable):
     )
     windows_per_cycle = Constant(5, "windows", "a motion that comes back in fewer leaves none of them calm", low=1.0)
     fewest_cycles = Constant(3, "cycles", "of a fast motion in a recording, that tell what comes back with it from noise", low=2.0)
+    least_clear_share = Constant(
+        0.25, "of the samples", "that stand beside no jump, from which those tell the size of noise", source="safety limit"
+    )
     harmonics_of_a_jump = Constant(30, "harmonics", "that a jump between two samples has still, where they are seen as slower ones", low=1)
     samples_per_amplitude = Constant(8, "samples", "for each amplitude of a harmonic that changes slowly", low=2, source="budget of work")
     burst_samples = Constant(5, "samples", "a burst fills most of so many")

@@ -15,7 +15,7 @@ from scipy.linalg import toeplitz
 
 from evat.constants import CONSTANTS
 from evat.inference.noise.autoregression import autocovariance, robust_sd
-from evat.model import FloatArray
+from evat.model import BoolArray, FloatArray
 
 
 def autoregression_where_calm(rows: Sequence[FloatArray]) -> FloatArray | None:
@@ -38,11 +38,14 @@ def window_count(rows: Sequence[FloatArray]) -> int:
     return sum((row.size - width) // (width // 2) + 1 for row in rows if row.size >= width)
 
 
-def innovation_sd_where_calm(filter_: FloatArray, row: FloatArray) -> float:
+def innovation_sd_where_calm(filter_: FloatArray, row: FloatArray, beside_jumps: BoolArray | None = None) -> float:
     """Standard deviation of the innovations of noise in a row (n,) whose filter is known, by its second differences: these are next to free
-    of what a model lacks."""
-    lags = autocovariance(filter_, 3)
-    return robust_sd(np.diff(row, 2)) / float(np.sqrt(6 * lags[0] - 8 * lags[1] + 2 * lags[2]))
+    of what a model lacks, but beside_jumps (n,), where a model has one elsewhere; those are left out as far as others remain."""
+    lags, second = autocovariance(filter_, 3), np.diff(row, 2)
+    if beside_jumps is not None:
+        clear = ~(beside_jumps[:-2] | beside_jumps[1:-1] | beside_jumps[2:])
+        second = second[clear] if np.mean(clear) > CONSTANTS.least_clear_share else second
+    return robust_sd(second) / float(np.sqrt(6 * lags[0] - 8 * lags[1] + 2 * lags[2]))
 
 
 def _correlation_where_calm(windows: FloatArray) -> float:

@@ -120,7 +120,7 @@ def estimate_noise(prediction: Prediction, predicted: FloatArray, *, prior: bool
             filters[channel] = _of_repeats(left, own.values(), sizes)
         else:
             rows_of = {place: residual[prediction.segments[place].at] for places in own.values() for place in places}
-            filters[channel] = _unrepeated(prediction, rows_of, sizes, from_residual)
+            filters[channel] = _unrepeated(prediction, predicted, rows_of, sizes, from_residual)
         _stated(prediction, channel, filters[channel], sizes)
         spread[channel] = _spread(prediction, channel, predicted, slopes, filters[channel], sizes, prior)
     _means(prediction, residual, sizes, from_residual)
@@ -215,7 +215,9 @@ def _of_repeats(left: Mapping[int, FloatArray], conditions: Iterable[Sequence[in
     return filter_
 
 
-def _unrepeated(prediction: Prediction, rows: Mapping[int, FloatArray], sizes: FloatArray, from_residual: bool) -> FloatArray:
+def _unrepeated(
+    prediction: Prediction, predicted: FloatArray, rows: Mapping[int, FloatArray], sizes: FloatArray, from_residual: bool
+) -> FloatArray:
     """The filter of a channel that nothing was recorded twice of, and into `sizes` the innovations' sd of each recording."""
     if from_residual:
         filter_ = autoregression(list(rows.values()))
@@ -232,7 +234,11 @@ def _unrepeated(prediction: Prediction, rows: Mapping[int, FloatArray], sizes: F
     told = autoregression_where_calm(calm)
     filter_ = WHITE if told is None else told
     for place, row in regular.items():
-        sizes[place] = innovation_sd_where_calm(filter_, row) if row.size > 4 else np.std(row)
+        if row.size > 4:
+            beside = _beside_jumps(row, predicted[prediction.segments[place].at])
+            sizes[place] = innovation_sd_where_calm(filter_, row, beside)
+        else:
+            sizes[place] = np.std(row)
     return filter_
 
 
