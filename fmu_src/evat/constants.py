@@ -289,8 +289,9 @@ class _Constants(ConstantTable):
     least_clear_share = Constant(
         0.25, "of the samples", "that stand beside no jump, from which those tell the size of noise", source="safety limit"
     )
-    harmonics_of_a_jump = Constant(30, "harmonics", "that a jump between two samples has still, where they are seen as slower ones", low=1)
-    samples_per_amplitude = Constant(8, "samples", "for each amplitude of a harmonic that changes slowly", low=2, source="budget of work")
+    samples_per_amplitude = Constant(
+        8, "samples", "for each amplitude of what comes back with a motion and changes slowly", low=2, source="budget of work"
+    )
     burst_samples = Constant(5, "samples", "a burst fills most of so many")
     burst_height = Constant(7.0, "robust sd of medians", "beyond which they are a burst; noise reaches 5")
     line_height = Constant(40.0, "of the spectrum around", "beyond which it is a line; noise reaches 15")
@@ -365,6 +366,9 @@ class _Constants(ConstantTable):
 
     # Fits
     most_steps = Constant(12, "steps", "of a trust region", source="budget of work")
+    smoothly_fitted = Constant(
+        3, "models", "of forces that jump, the best, that are fitted by slopes over intervals", source="budget of work"
+    )
     first_reach = Constant(3.0, "prior sd", "of each parameter, of the first trust region")
     least_step = Constant(1e-4, "prior sd", "a step that is less is the last one")
     enough_gain = Constant(0.05, "log likelihood", "a step that gains less is the last one")

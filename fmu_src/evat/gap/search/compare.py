@@ -163,15 +163,17 @@ def _offered(prediction: Prediction) -> list[Effect]:
 def _with_slopes_over_intervals(
     prediction: Prediction, whitening: BandWhitening, recalibrated: Fit, models: Mapping[Hypothesis, Fit]
 ) -> tuple[Prediction, Fit, dict[Hypothesis, Fit]]:
-    """What was fitted, where it stands, with the slopes by which it is judged: where forces jump, those of a search are rough."""
+    """What was fitted with the slopes by which it is judged: where forces jump, those of a search are rough. The best go on by these, the
+    others stand where they are."""
     if not prediction.jumps:
         return prediction, recalibrated, dict(models)
     prediction = prediction.with_slopes_over_intervals()
 
-    def again(own: Fit) -> Fit:
-        return fit(prediction, whitening, own.parameters, own.point, own.on, fixed=own.fixed, most_steps=0) or own
+    def again(own: Fit, most_steps: int | None) -> Fit:
+        return fit(prediction, whitening, own.parameters, own.point, own.on, fixed=own.fixed, most_steps=most_steps) or own
 
-    return prediction, again(recalibrated), {on: again(own) for on, own in models.items()}
+    best = sorted(models, key=lambda on: -models[on].likelihood.evidence)[: CONSTANTS.smoothly_fitted]
+    return prediction, again(recalibrated, None), {on: again(own, None if on in best else 0) for on, own in models.items()}
 
 
 def _believed(prediction: Prediction, whitening: BandWhitening, recalibrated: Fit, models: Mapping[Hypothesis, Fit]) -> Fit:

@@ -24,9 +24,9 @@ from evat.inference.noise.autoregression import (
 )
 from evat.inference.noise.calm_windows import autoregression_where_calm, innovation_sd_where_calm
 from evat.inference.noise.discontinuities import bends
-from evat.inference.noise.harmonics import without_harmonics
 from evat.inference.noise.irregularity import Irregularity, bursts, irregular, without_lines
 from evat.inference.noise.means import nugget, replicate_sd
+from evat.inference.noise.synchronous_average import without_synchronous_average
 from evat.inference.prediction import Prediction, Segment
 from evat.inference.recorded_inputs import comparable
 from evat.model import BoolArray, FloatArray
@@ -228,7 +228,7 @@ def _unrepeated(
         samples = _cycle(prediction, place)
         fast = 0 < samples < CONSTANTS.windows_per_cycle * CONSTANTS.calm_window  # none of its windows is calm
         several = fast and CONSTANTS.fewest_cycles * samples <= row.size
-        regular[place] = without_lines(without_harmonics(row, samples) if several else row)
+        regular[place] = without_lines(without_synchronous_average(row, samples) if several else row)
         if several or not fast:
             calm.append(regular[place])
     told = autoregression_where_calm(calm)
