@@ -23,6 +23,7 @@ static void rub(const lanes *p, const lanes *state, struct Point *x)
 {
     (void)state;
     EACH_LANE {
+        /* 1 - exp(-worn) has no digits left where little is worn: there by its series. */
         const double worn = x->distance[i] / p[BREAK_IN][i], few = worn * (1 - worn / 2 * (1 - worn / 3));
         const double land = p[BREAK_IN][i] * x->w[i] * (worn > 1e-4 ? 1 - exponential(-worn) : few);
         x->edge_f[i] += p[FEED_RATE][i] * land;

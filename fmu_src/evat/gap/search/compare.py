@@ -163,8 +163,8 @@ def _offered(prediction: Prediction) -> list[Effect]:
 def _with_slopes_over_intervals(
     prediction: Prediction, whitening: BandWhitening, recalibrated: Fit, models: Mapping[Hypothesis, Fit]
 ) -> tuple[Prediction, Fit, dict[Hypothesis, Fit]]:
-    """What was fitted with the slopes by which it is judged: where forces jump, those of a search are rough. The best go on by these, the
-    others stand where they are."""
+    """What was fitted, with the slopes by which it is judged: where forces jump, those of a search are rough. The recalibrated model and
+    the best of the others go on by these slopes; the rest stay where they are."""
     if not prediction.jumps:
         return prediction, recalibrated, dict(models)
     prediction = prediction.with_slopes_over_intervals()

@@ -40,7 +40,8 @@ def window_count(rows: Sequence[FloatArray]) -> int:
 
 def innovation_sd_where_calm(filter_: FloatArray, row: FloatArray, beside_jumps: BoolArray | None = None) -> float:
     """Standard deviation of the innovations of noise in a row (n,) whose filter is known, by its second differences: these are next to free
-    of what a model lacks, but beside_jumps (n,), where a model has one elsewhere; those are left out as far as others remain."""
+    of what a model lacks, but where it has a jump at another place: the samples of `beside_jumps` (n,), which are left out unless there are
+    few others."""
     lags, second = autocovariance(filter_, 3), np.diff(row, 2)
     if beside_jumps is not None:
         clear = ~(beside_jumps[:-2] | beside_jumps[1:-1] | beside_jumps[2:])

@@ -1,4 +1,4 @@
-"""What of a recording comes back with its motion? The time synchronous average (McFadden 1987), of which noise has next to nothing.
+"""What of a recording comes back with its motion? The time synchronous average (McFadden 1987, not read); noise has little of it.
 
 What a model lacks in a cut that vibrates is in nearly every sample of a cycle, and jumps at entry and exit: no window between is calm. But
 it comes back with the vibration, however fast, and grows or swings over the recording no faster than its slow causes do: wear, heat, a
