@@ -1,4 +1,5 @@
-"""Which effects are no more than another form of the base law? Those in which friction laws differ anyway, as long as they do little."""
+"""Which effects are no more than another form of the base law? Those in which friction laws differ anyway, as long as they do little, and
+the law does without them at values that its owner can have meant."""
 
 from __future__ import annotations
 
@@ -8,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from evat.constants import CONSTANTS
+from evat.gap.search.recalibration import farthest_shift
 from evat.inference.band_whitening import BandWhitening
 from evat.inference.fit import Fit, fit
 from evat.inference.hypothesis import Hypothesis
@@ -31,7 +33,7 @@ def with_form_of_law(
             alone[rest] = (models.get(rest) or without(prediction, whitening, whole, own)) if rest else recalibrated
         beside = alone[rest]
         share = np.inf if beside is None else _share(prediction, whitening, whole, beside)
-        if beside is None or share > CONSTANTS.accuracy_of_laws:
+        if beside is None or share > CONSTANTS.accuracy_of_laws or _makes_credible(prediction, whole, beside):
             continue
         del kept[on]
         if not rest:
@@ -40,6 +42,11 @@ def with_form_of_law(
         else:
             kept[rest] = max(kept.get(rest, beside), _formed(whole), key=lambda each: each.likelihood.evidence)
     return base, kept, shares
+
+
+def _makes_credible(prediction: Prediction, whole: Fit, beside: Fit) -> bool:
+    """Does the law without the effects do as much only at values that its owner cannot have meant, where it needs none with them?"""
+    return farthest_shift(prediction, whole, beside.parameters) <= CONSTANTS.credible_shift < farthest_shift(prediction, beside)
 
 
 def _formed(whole: Fit) -> Fit:

@@ -91,10 +91,20 @@ def _clocked(prediction: Prediction, whitening: BandWhitening, fitted: Fit) -> t
     return (prediction, fitted) if likelier and farthest_shift(prediction, fitted) <= max(shift, CONSTANTS.credible_shift) else before
 
 
-def farthest_shift(prediction: Prediction, fitted: Fit) -> float:
-    """How far a fit has moved the nominal value that it has moved furthest, in prior standard deviations."""
-    nominal = np.array([parameter.name not in prediction.setup_names for parameter in fitted.parameters])
+def farthest_shift(prediction: Prediction, fitted: Fit, among: Sequence[Parameter] | None = None) -> float:
+    """How far a fit has moved the nominal value that it has moved furthest, in prior standard deviations. among : of these parameters, not
+    of all that it has."""
+    own = {parameter.name for parameter in (fitted.parameters if among is None else among)} - prediction.setup_names
+    nominal = np.array([parameter.name in own for parameter in fitted.parameters], dtype=bool)
     return float(np.max(np.abs(fitted.point[nominal]), initial=0.0))
+
+
+def nominally(prediction: Prediction, parameter: Parameter, u: float) -> float:
+    """Where a parameter stood before recalibration, in its prior standard deviations: of set-up errors a clock alone stands in for
+    effects of the motion, and goes back."""
+    if parameter.name not in prediction.setup_names:
+        return 0.0
+    return prediction.setup.start(parameter) if by_channel(parameter.name)[1] == CLOCK else u
 
 
 def _shaped(

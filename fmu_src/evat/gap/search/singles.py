@@ -10,15 +10,13 @@ from evat.constants import CONSTANTS
 from evat.gap.budget import is_visible, squares
 from evat.gap.search.candidates import Candidates
 from evat.gap.search.nested import at_least
-from evat.gap.search.recalibration import farthest_shift
+from evat.gap.search.recalibration import farthest_shift, nominally
 from evat.gap.search.starts.screen import Start
 from evat.inference.band_whitening import BandWhitening
 from evat.inference.discrepancy import likelihood
 from evat.inference.fit import Fit, Look, charged, fit, likeliest
 from evat.inference.hypothesis import Hypothesis
-from evat.inference.parameters import Parameter
 from evat.inference.prediction import Prediction
-from evat.inference.setup.setup_errors import CLOCK, by_channel
 from evat.model import Effect, FloatArray
 
 
@@ -94,7 +92,7 @@ def _fit_from_nominal_values(candidates: Candidates, effects: Sequence[Effect]) 
     prediction, whitening, recalibrated = candidates.prediction, candidates.whitening, candidates.recalibrated
     if farthest_shift(prediction, recalibrated) <= CONSTANTS.credible_shift and not _leaves_a_gap(candidates):
         return
-    begin = [_before(prediction, parameter, float(u)) for parameter, u in zip(recalibrated.parameters, recalibrated.point, strict=True)]
+    begin = [nominally(prediction, parameter, float(u)) for parameter, u in zip(recalibrated.parameters, recalibrated.point, strict=True)]
     base = fit(prediction, whitening, recalibrated.parameters, np.array(begin), most_steps=0)
     if base is None:
         return
@@ -117,14 +115,6 @@ def _leaves_a_gap(candidates: Candidates) -> bool:
     """Does the best of what was fitted leave a gap that can be seen?"""
     best = max((candidates.recalibrated, *candidates.models.values()), key=lambda each: each.likelihood.evidence)
     return is_visible(squares(candidates.whitening, best.predicted))
-
-
-def _before(prediction: Prediction, parameter: Parameter, u: float) -> float:
-    """Where a parameter stood before recalibration, in its prior standard deviations: of set-up errors a clock alone stands in for
-    effects of the motion."""
-    if parameter.name not in prediction.setup_names:
-        return 0.0
-    return prediction.setup.start(parameter) if by_channel(parameter.name)[1] == CLOCK else u
 
 
 def _frozen(prediction: Prediction, whitening: BandWhitening, base: Fit, start: Start) -> Look | None:
