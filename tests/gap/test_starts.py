@@ -14,8 +14,8 @@ from evat.constants import CONSTANTS
 from evat.experiment import SetupSd
 from evat.gap.search import recalibration
 from evat.gap.search.compare import compare
-from evat.gap.search.recalibration import _likeliest_zeros, _linearised
-from evat.gap.search.singles import _apart, _before
+from evat.gap.search.recalibration import _likeliest_zeros, _linearised, nominally
+from evat.gap.search.singles import _apart
 from evat.inference.band_whitening import BandWhitening
 from evat.inference.noise.estimate import estimate_noise
 from evat.inference.parameters import Parameter
@@ -145,6 +145,6 @@ def test_before_recalibration_values_are_nominal_and_clocks_those_of_the_runs() 
     own = {parameter.name: parameter for parameter in prediction.setup.parameters}
     clock, gain = own["setup.F.clock"], own["setup.F.gain"]
     k = Parameter("k", "N/m", 10.0, 0.1, 1.0, 100.0, True)
-    assert _before(prediction, k, 0.7) == 0.0
-    assert _before(prediction, gain, 0.7) == 0.7
-    assert clock.value(_before(prediction, clock, 0.7)) == pytest.approx(0.003)
+    assert nominally(prediction, k, 0.7) == 0.0
+    assert nominally(prediction, gain, 0.7) == 0.7
+    assert clock.value(nominally(prediction, clock, 0.7)) == pytest.approx(0.003)
