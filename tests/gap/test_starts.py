@@ -14,7 +14,7 @@ from evat.constants import CONSTANTS
 from evat.experiment import SetupSd
 from evat.gap.search import recalibration
 from evat.gap.search.compare import compare
-from evat.gap.search.recalibration import _likeliest_zeros, _linearised, nominally
+from evat.gap.search.recalibration import _likeliest_zeros, _linearised, nominal_place
 from evat.gap.search.singles import _apart
 from evat.inference.band_whitening import BandWhitening
 from evat.inference.noise.estimate import estimate_noise
@@ -145,6 +145,6 @@ def test_before_recalibration_values_are_nominal_and_clocks_those_of_the_runs() 
     own = {parameter.name: parameter for parameter in prediction.setup.parameters}
     clock, gain = own["setup.F.clock"], own["setup.F.gain"]
     k = Parameter("k", "N/m", 10.0, 0.1, 1.0, 100.0, True)
-    assert nominally(prediction, k, 0.7) == 0.0
-    assert nominally(prediction, gain, 0.7) == 0.7
-    assert clock.value(nominally(prediction, clock, 0.7)) == pytest.approx(0.003)
+    assert nominal_place(prediction, k, 0.7) == 0.0
+    assert nominal_place(prediction, gain, 0.7) == 0.7
+    assert clock.value(nominal_place(prediction, clock, 0.7)) == pytest.approx(0.003)

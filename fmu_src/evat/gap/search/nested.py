@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from evat.constants import CONSTANTS
-from evat.gap.search.recalibration import farthest_shift, nominally
+from evat.gap.search.recalibration import farthest_shift, nominal_place
 from evat.inference.band_whitening import BandWhitening
 from evat.inference.fit import Fit, fit
 from evat.inference.hypothesis import Hypothesis
@@ -17,8 +17,9 @@ from evat.model import FloatArray
 
 
 def polish(prediction: Prediction, whitening: BandWhitening, recalibrated: Fit, models: dict[Hypothesis, Fit]) -> None:
-    """A model that came less far than one that it contains starts from there: nothing is less likely for what it may do besides. And where
-    a pair went further than its first effect alone, that goes on from there: a second effect is not paid for a longer way."""
+    """Where values stand in for effects, the best models begin without that once more. A model that came less far than one that it contains
+    starts from there: nothing is less likely for what it may do besides. And where a pair went further than its first effect alone, that
+    goes on from there: a second effect is not paid for a longer way."""
     _begin_at_nominal_values(prediction, whitening, recalibrated, models)
     for key in [key for key in models if len(key) == 1 and key.effects]:
         models[key] = at_least(prediction, whitening, models[key], recalibrated)
@@ -38,7 +39,7 @@ def _begin_at_nominal_values(prediction: Prediction, whitening: BandWhitening, r
     for key in sorted(models, key=lambda on: -models[on].likelihood.evidence)[: CONSTANTS.fits_from_nominal_values]:
         model = models[key]
         known = zip(model.parameters, map(float, model.point), strict=True)
-        begin = {p.name: nominally(prediction, p, u) for p, u in known if p.name in nominal}
+        begin = {p.name: nominal_place(prediction, p, u) for p, u in known if p.name in nominal}
         alone = _with_held(prediction, whitening, model, begin)
         start = np.array([begin.get(p.name, float(u)) for p, u in zip(model.parameters, alone, strict=True)])
         models[key] = max(model, _from(prediction, whitening, model, start), key=lambda each: each.likelihood.evidence)

@@ -99,7 +99,7 @@ def farthest_shift(prediction: Prediction, fitted: Fit, among: Sequence[Paramete
     return float(np.max(np.abs(fitted.point[nominal]), initial=0.0))
 
 
-def nominally(prediction: Prediction, parameter: Parameter, u: float) -> float:
+def nominal_place(prediction: Prediction, parameter: Parameter, u: float) -> float:
     """Where a parameter stood before recalibration, in its prior standard deviations: of set-up errors a clock alone stands in for
     effects of the motion, and goes back."""
     if parameter.name not in prediction.setup_names:

@@ -10,7 +10,7 @@ from evat.constants import CONSTANTS
 from evat.gap.budget import is_visible, squares
 from evat.gap.search.candidates import Candidates
 from evat.gap.search.nested import at_least
-from evat.gap.search.recalibration import farthest_shift, nominally
+from evat.gap.search.recalibration import farthest_shift, nominal_place
 from evat.gap.search.starts.screen import Start
 from evat.inference.band_whitening import BandWhitening
 from evat.inference.discrepancy import likelihood
@@ -92,7 +92,9 @@ def _fit_from_nominal_values(candidates: Candidates, effects: Sequence[Effect]) 
     prediction, whitening, recalibrated = candidates.prediction, candidates.whitening, candidates.recalibrated
     if farthest_shift(prediction, recalibrated) <= CONSTANTS.credible_shift and not _leaves_a_gap(candidates):
         return
-    begin = [nominally(prediction, parameter, float(u)) for parameter, u in zip(recalibrated.parameters, recalibrated.point, strict=True)]
+    begin = [
+        nominal_place(prediction, parameter, float(u)) for parameter, u in zip(recalibrated.parameters, recalibrated.point, strict=True)
+    ]
     base = fit(prediction, whitening, recalibrated.parameters, np.array(begin), most_steps=0)
     if base is None:
         return
