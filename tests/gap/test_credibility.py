@@ -16,7 +16,7 @@ from evat.gap.report.summary import _share
 from evat.gap.report.words import sentence
 from evat.gap.search.compare import compare
 from evat.gap.verdict import credibility
-from evat.gap.verdict.constants import Constants
+from evat.gap.verdict.constants import Constants, stored
 from evat.gap.verdict.credibility import doubts
 from evat.gap.verdict.features import features as observed
 from evat.gap.verdict.judgement import judge
@@ -254,6 +254,14 @@ def test_what_explains_nothing_is_not_named_where_what_explains_is_not_credible(
     leans = Hypothesis(("lean",))
     seen = replace(features(30, {"bend": (160, 0.1), "lean": (1, 1.0)}, exact=-380), shift=3.0, shifts={BEND: 11.0, leans: 3.0})
     assert judge(seen, Constants()).verdict == "unknown"
+
+
+@pytest.mark.parametrize(("shift", "left", "verdict"), [(3.81, 0.002, "effect"), (11.0, 0.002, "unknown"), (5.0, 0.2, "unknown")])
+def test_a_value_that_is_hardly_credible_leaves_the_cause_known(shift: float, left: float, verdict: str) -> None:
+    """A damping that grew with temperature otherwise, with 470 of log evidence, left 0.2 % of the gap; since a value stood 3.8 standard
+    deviations off, half of it counted as unexplained, and the cause was `unknown`."""
+    seen = replace(features(30, {"bend": (470, left), "lean": (1, 1.0)}, exact=-580), shift=3.0, shifts={BEND: shift})
+    assert judge(seen, stored()[0]).verdict == verdict
 
 
 def test_where_every_model_moves_a_value_far_the_owner_was_too_sure() -> None:

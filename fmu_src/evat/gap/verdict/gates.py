@@ -157,10 +157,11 @@ def _hypotheses(asked: _Asked) -> Iterator[Gate]:
         f"no mis-tuning moves a value so far, and with {step.best} none moves by more than "
         f"{features.shifts.get(step.best, math.nan):.3g}: it counts for a gap",
     )  # fmt: skip
-    even = -constants.unknown_offset / constants.unknown_slope  # log-odds of a share
+    even = -(constants.unknown_offset + step.surprise) / constants.unknown_slope  # log-odds of a share
     yield asked.gate(
-        "known_to_library", "smallest share of the gap that a hypothesis leaves, chance counted", step.left, "at most",
-        1 / (1 + math.exp(-even)), f"the library knows it: {step.by_library:.3g} of the probability of a gap is unknown",
+        "known_to_library",
+        f"share of the gap that {step.closest} leaves, chance counted, the less of it allowed the less credible the values that it needs",
+        step.left, "at most", 1 / (1 + math.exp(-even)), f"the library knows it: {step.by_library:.3g} of the probability of a gap is unknown",
         f"no hypothesis explains it: {step.by_library:.3g} of the probability of a gap is unknown",
     )  # fmt: skip
 

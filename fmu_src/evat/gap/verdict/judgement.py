@@ -57,7 +57,8 @@ class Steps:
     ----------
     size, nominal_size : log of the largest structural rms of a channel over what nobody would look at, recalibrated and nominal.
     lefts, scores : of each hypothesis, the share of the gap that it is held to leave, and its score.
-    left, closest : the smallest share, where what may be chance explains nothing, and the hypothesis that leaves it.
+    left, closest, surprise : the hypothesis that speaks most against something unknown, the share that it leaves, where what may be chance
+        explains nothing, and the log-odds against it of the nominal values that it needs.
     best, needed, evident : the hypothesis of the best score, the log evidence that makes it evident, and how evident it is (0 to 1).
     by_size : probability of a gap by its size; by_library : share of the probability of a gap that is unknown.
     unknown, structural : probabilities of something unknown and of any gap beyond mis-tuning.
@@ -71,6 +72,7 @@ class Steps:
     scores: Mapping[Hypothesis, float]
     left: float
     closest: Hypothesis
+    surprise: float
     best: Hypothesis
     needed: float
     evident: float
@@ -103,9 +105,10 @@ def steps(features: Features, constants: Constants, reverse: Collection[str] = (
     scores = {on: score - surprises[on] for on, score in scores.items()}
     # What may be chance explains nothing.
     sure = {on: 1.0 if "beyond_chance" in reverse else _no_chance(gain) for on, gain in features.gain.items()}
-    unexplained = {on: 1 - max(1 - lefts[on], 0.0) * sure[on] * math.exp(-surprises[on]) for on in sure}
-    closest = min(unexplained, key=lambda on: unexplained[on], default=NOMINAL)
-    left = unexplained.get(closest, 1.0)
+    unexplained = {on: 1 - max(1 - lefts[on], 0.0) * sure[on] for on in sure}
+    foreign = {on: constants.unknown_slope * _log_odds(share) + surprises[on] for on, share in unexplained.items()}
+    closest = min(foreign, key=lambda on: foreign[on], default=NOMINAL)
+    left, surprise = unexplained.get(closest, 1.0), surprises.get(closest, 0.0)
     by_size = _sigmoid(constants.structure_offset + constants.structure_slope * size)
     if "structural_gap" in reverse:
         by_size = 1 - by_size
@@ -122,8 +125,7 @@ def steps(features: Features, constants: Constants, reverse: Collection[str] = (
             structural = max(structural, evident * max(1 - lefts[best], 0.0))
         if best in credible:
             structural = max(structural, strange * min(sure[best], _no_chance(_told_by_data(best, features))) * max(1 - lefts[best], 0.0))
-    odds = math.log(max(left, 1e-3) / max(1 - left, 1e-3))
-    by_library = _sigmoid(constants.unknown_offset + constants.unknown_slope * odds) if scores else 1.0
+    by_library = _sigmoid(constants.unknown_offset + foreign[closest]) if scores else 1.0
     if "known_to_library" in reverse:
         by_library = 1 - by_library
     unknown = structural * by_library if scores else structural
@@ -137,7 +139,22 @@ def steps(features: Features, constants: Constants, reverse: Collection[str] = (
     if "nominal_fits" in reverse:
         no_gap = 1 - no_gap
     return Steps(
-        size, nominal, lefts, scores, left, closest, best, needed, evident, by_size, by_library, regular, unknown, structural, no_gap
+        size,
+        nominal,
+        lefts,
+        scores,
+        left,
+        closest,
+        surprise,
+        best,
+        needed,
+        evident,
+        by_size,
+        by_library,
+        regular,
+        unknown,
+        structural,
+        no_gap,
     )
 
 
@@ -269,6 +286,10 @@ def _told_by_data(on: Hypothesis, features: Features) -> float:
 def _no_chance(gain: float) -> float:
     """Probability that so much log evidence is none."""
     return _sigmoid((gain - CONSTANTS.chance_evidence) / CONSTANTS.chance_evidence_scale)
+
+
+def _log_odds(share: float) -> float:
+    return math.log(max(share, 1e-3) / max(1 - share, 1e-3))
 
 
 def _sigmoid(x: float) -> float:
