@@ -56,6 +56,46 @@ def test_repeats_of_one_motion_get_one_input() -> None:
     assert pytest.approx(0.01, rel=0.15) == recorded.noise["x"]
 
 
+def led_in(trial: Trial, way: float, count: int, clock: float = 0.0) -> Trial:
+    """The trial after a stroke that way, of which so many samples of 1 ms were recorded; its own clock starts at `clock`."""
+    times = trial.times[0] - 1e-3 * np.arange(count, 0, -1)
+    x = way * np.sin(1e-2 * np.arange(-count, 0))
+    lead = Trial(trial.file, trial.condition, trial.values, times + clock, {"x": x}, {"F": np.zeros(count)})
+    return replace(trial, times=trial.times + clock, lead_in=lead)
+
+
+def test_each_repeat_keeps_what_came_before_it() -> None:
+    """One approached forward, the other backward: with a noisy input both ran after the forward stroke, 17 N off. One motion before both,
+    of which more or less was recorded, is one."""
+    made = measured(repeats=4, conditions=1)
+    ways = ((1.0, 400, 0.0), (-1.0, 400, 5.0), (1.0, 300, 9.0), (-1.0, 200, 0.0))
+    trials = tuple(led_in(trial, *way) for trial, way in zip(made.trials, ways, strict=True))
+    assert smoothed_inputs(replace(made, trials=trials)).experiment.trials == trials
+    with_noise = noisy(replace(made, trials=trials), 0.01)
+    draw = np.random.default_rng(3)
+    leads = [
+        replace(t.lead_in, inputs={"x": t.lead_in.inputs["x"] + 0.01 * draw.normal(size=t.lead_in.times.size)})
+        for t in with_noise.trials
+        if t.lead_in
+    ]
+    given = replace(made, trials=tuple(replace(t, lead_in=lead) for t, lead in zip(with_noise.trials, leads, strict=True)))
+    smooth = smoothed_inputs(given).experiment.trials
+    for trial, (way, _, _) in zip(smooth, ways, strict=True):
+        assert trial.lead_in is not None
+        assert np.sign(np.mean(trial.lead_in.inputs["x"][-100:])) == -way
+        assert trial.lead_in.times[-1] == pytest.approx(trial.times[0] - 1e-3)
+    assert len(set(Prediction(Toy(), replace(given, trials=smooth)).alike.values())) == 2
+
+
+def test_an_input_without_noise_is_left_as_it_is_beside_a_noisy_one() -> None:
+    """Repeats with noise in one condition, none in another, where one repeat was recorded by another clock."""
+    made = measured(repeats=2, conditions=2)
+    kept = [replace(t, times=t.times + 7.0 * (n % 2)) for n, t in enumerate(made.trials) if t.condition == "c1"]
+    with_noise = noisy(replace(made, trials=tuple(t for t in made.trials if t.condition == "c0")), 0.01).trials
+    smooth = smoothed_inputs(replace(made, trials=(*with_noise, *kept))).experiment.trials
+    assert smooth[2:] == tuple(kept)
+
+
 def test_inertia_that_was_taken_off_is_as_unsure_as_the_acceleration() -> None:
     """Of 20 kg the acceleration of a noisy velocity is a force: 0.05 m/s2 are 1 N where the axis speeds up, and nothing said so."""
     motion, force = MOTIONS["trapezoid"], np.sign(MOTIONS["trapezoid"])

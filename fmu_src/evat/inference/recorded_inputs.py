@@ -39,7 +39,7 @@ def smoothed_inputs(experiment: Experiment) -> RecordedInputs:
     smooth, other, noise = list(experiment.trials), list(experiment.trials), dict[str, float]()
     draw = np.random.default_rng(CONSTANTS.perturbation_seed)
     for places in same_motion(experiment.trials):
-        first = experiment.trials[places[0]]
+        first, noisy = experiment.trials[places[0]], False
         inputs, perturbed = dict(first.inputs), dict(first.inputs)
         for name in first.inputs:
             rows = np.array([experiment.trials[place].inputs[name] for place in places])
@@ -48,32 +48,63 @@ def smoothed_inputs(experiment: Experiment) -> RecordedInputs:
                 left = sd / np.sqrt(len(np.unique(rows, axis=0)))  # rounding is the same in repeats that are
                 perturbed[name] = _differentiated_again(first.times, inputs[name], left, draw)
                 noise[name] = max(noise.get(name, 0.0), rms(perturbed[name] - inputs[name]))
+                noisy = True
                 continue
             sd = max(noise_sd(row) for row in rows)
             if sd == 0:
                 continue
             noise[name] = max(noise.get(name, 0.0), sd)
+            noisy = True
             left = sd / np.sqrt(len(rows))
             inputs[name] = smoothed(rows.mean(axis=0), left)
             perturbed[name] = smoothed(inputs[name] + left * draw.normal(size=rows.shape[1]) * (inputs[name] != 0), left)
         inertia = _inertia_beyond(experiment, places, inputs.get(MOTION), draw)
-        if noise:
-            lead = None if first.lead_in is None else _smoothed_lead_in(first.lead_in)
-            for place in places:
-                smooth[place] = replace(experiment.trials[place], inputs=inputs, times=first.times, lead_in=lead)
-                outputs = dict(experiment.trials[place].outputs)
-                if inertia is not None and FRICTION in outputs:
-                    outputs[FRICTION] = outputs[FRICTION] - inertia
-                other[place] = replace(experiment.trials[place], inputs=perturbed, outputs=outputs, times=first.times, lead_in=lead)
+        leads = _lead_ins([experiment.trials[place] for place in places]) if noisy else []
+        for place, lead in zip(places, leads, strict=False):
+            trial = experiment.trials[place]
+            smooth[place] = replace(trial, inputs=inputs, times=first.times, lead_in=lead)
+            outputs = dict(trial.outputs)
+            if inertia is not None and FRICTION in outputs:
+                outputs[FRICTION] = outputs[FRICTION] - inertia
+            other[place] = replace(trial, inputs=perturbed, outputs=outputs, times=first.times, lead_in=lead)
     if not noise:
         return RecordedInputs(experiment, experiment, None, {})
     whole, by_other_noise = replace(experiment, trials=tuple(smooth)), replace(experiment, trials=tuple(other))
     return RecordedInputs(whole, experiment, by_other_noise, noise)
 
 
-def _smoothed_lead_in(lead: Trial) -> Trial:
-    sds = {name: 0.0 if lead.position_sd.get(name) else noise_sd(column) for name, column in lead.inputs.items()}
-    return replace(lead, inputs={name: smoothed(column, sds[name]) if sds[name] > 0 else column for name, column in lead.inputs.items()})
+def _lead_ins(trials: Sequence[Trial]) -> list[Trial | None]:
+    """What was recorded before each of these repeats, smoothed and by the clock of the first: the longest of those that agree with it, and
+    its own where it was another motion."""
+    told: dict[int, Trial] = {}
+    for place in sorted(range(len(trials)), key=lambda place: -_lead_length(trials[place])):
+        lead = trials[place].lead_in
+        if lead is None:
+            continue
+        for known in told:
+            if _ends_alike(trials[known], trials[place]):
+                told[place] = told[known]
+                break
+        else:
+            sds = {name: 0.0 if lead.position_sd.get(name) else noise_sd(column) for name, column in lead.inputs.items()}
+            inputs = {name: smoothed(column, sds[name]) if sds[name] > 0 else column for name, column in lead.inputs.items()}
+            told[place] = replace(lead, times=lead.times + (trials[0].times[0] - trials[place].times[0]), inputs=inputs)
+    return [told.get(place) for place in range(len(trials))]
+
+
+def _lead_length(trial: Trial) -> int:
+    return 0 if trial.lead_in is None else trial.lead_in.times.size
+
+
+def _ends_alike(longer: Trial, shorter: Trial) -> bool:
+    """Whether one motion came before both, as far as the shorter of their lead-ins tells."""
+    one, other = longer.lead_in, shorter.lead_in
+    assert one is not None
+    assert other is not None
+    count = other.times.size
+    if count < CONSTANTS.fewest_input_samples or set(one.inputs) != set(other.inputs):
+        return False
+    return _agree({name: column[-count:] for name, column in one.inputs.items()}, other.inputs, CONSTANTS.alike_inputs, 0.0)
 
 
 def _differentiated_again(times: FloatArray, velocity: FloatArray, sd: float, draw: np.random.Generator) -> FloatArray:

@@ -161,7 +161,8 @@ def _hypotheses(asked: _Asked) -> Iterator[Gate]:
     yield asked.gate(
         "known_to_library",
         f"share of the gap that {step.closest} leaves, chance counted, the less of it allowed the less credible the values that it needs",
-        step.left, "at most", 1 / (1 + math.exp(-even)), f"the library knows it: {step.by_library:.3g} of the probability of a gap is unknown",
+        step.left, "at most", 1 / (1 + math.exp(-even)),
+        f"the library knows it: {step.by_library:.3g} of the probability of a gap is unknown",
         f"no hypothesis explains it: {step.by_library:.3g} of the probability of a gap is unknown",
     )  # fmt: skip
 
