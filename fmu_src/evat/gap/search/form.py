@@ -46,7 +46,7 @@ def with_form_of_law(
 
 def _makes_credible(prediction: Prediction, whole: Fit, beside: Fit) -> bool:
     """Does the law without the effects do as much only at values that its owner cannot have meant, where it needs none with them?"""
-    return farthest_shift(prediction, whole, beside.parameters) <= CONSTANTS.credible_shift < farthest_shift(prediction, beside)
+    return farthest_shift(prediction, whole) <= CONSTANTS.credible_shift < farthest_shift(prediction, beside)
 
 
 def _formed(whole: Fit) -> Fit:

@@ -87,14 +87,16 @@ def _clocked(prediction: Prediction, whitening: BandWhitening, fitted: Fit) -> t
         held = {p.name: prediction.setup.start(p) for p in prediction.setup.parameters if by_channel(p.name)[1] == CLOCK}
         start = np.array([held.get(p.name, u) for p, u in zip(fitted.parameters, fitted.point, strict=True)])
         fitted = _trusted(prediction, whitening, fitted.parameters, start)
-    likelier = fitted.likelihood.evidence >= before[1].likelihood.evidence
-    return (prediction, fitted) if likelier and farthest_shift(prediction, fitted) <= max(shift, CONSTANTS.credible_shift) else before
+    likelier = fitted.likelihood.evidence >= before[1].again(whitening).likelihood.evidence  # what both are trusted in alike
+    if likelier and farthest_shift(prediction, fitted) <= max(shift, CONSTANTS.credible_shift):
+        return prediction, fitted
+    return before[0], _trusted_again(whitening, before[1])
 
 
-def farthest_shift(prediction: Prediction, fitted: Fit, among: Sequence[Parameter] | None = None) -> float:
-    """How far a fit has moved the nominal value that it has moved furthest, in prior standard deviations. among : of these parameters, not
-    of all that it has."""
-    own = {parameter.name for parameter in (fitted.parameters if among is None else among)} - prediction.setup_names
+def farthest_shift(prediction: Prediction, fitted: Fit) -> float:
+    """How far a fit has moved the nominal value that it has moved furthest, in prior standard deviations: of the values that the owner
+    stated, not of shapes of the law or of what its effects have."""
+    own = {parameter.name for parameter in nominal_parameters(prediction.model, prediction.experiment)}
     nominal = np.array([parameter.name in own for parameter in fitted.parameters], dtype=bool)
     return float(np.max(np.abs(fitted.point[nominal]), initial=0.0))
 
@@ -123,10 +125,9 @@ def _shaped(
         shapes = [each for each in prediction.linearised if np.any(each.column)]
         start = np.concatenate([recalibrated.point[: len(own)], [each.at for each in shapes]])
         recalibrated = _trusted(prediction, whitening, (*own, *(each.parameter for each in shapes)), start)
-        if tried and recalibrated.likelihood.evidence - best[1].likelihood.evidence < CONSTANTS.least_gain_of_linearising:
-            prediction, recalibrated = best
-            whitening.doubt(recalibrated.likelihood.size, recalibrated.likelihood.length)
-            return prediction, recalibrated.again(whitening)
+        gain = recalibrated.likelihood.evidence - best[1].again(whitening).likelihood.evidence  # what both are trusted in alike
+        if tried and gain < CONSTANTS.least_gain_of_linearising:
+            return best[0], _trusted_again(whitening, best[1])
         best = prediction, recalibrated
         reached = dict(zip((each.parameter.name for each in shapes), recalibrated.point[len(own) :], strict=True))
         elsewhere = [float(u) if abs(u := reached.get(form.name, 0.0)) > CONSTANTS.linearisation_range else 0.0 for form in forms]
@@ -195,8 +196,13 @@ def _trusted(prediction: Prediction, whitening: BandWhitening, parameters: Seque
     for _ in range(2):
         whitening.doubt(trusted.likelihood.size, trusted.likelihood.length)
         trusted = must(fit(prediction, whitening, parameters, trusted.point))
-    whitening.doubt(trusted.likelihood.size, trusted.likelihood.length)
-    return trusted.again(whitening)
+    return _trusted_again(whitening, trusted)
+
+
+def _trusted_again(whitening: BandWhitening, fitted: Fit) -> Fit:
+    """A fit that the whitening trusts from now on as far as what it leaves allows: its evidence is then another."""
+    whitening.doubt(fitted.likelihood.size, fitted.likelihood.length)
+    return fitted.again(whitening)
 
 
 def must(fitted: Fit | None) -> Fit:
