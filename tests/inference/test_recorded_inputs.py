@@ -13,7 +13,7 @@ from evat.experiment.smoothing import derivative, noise_sd, smoothed
 from evat.gap import diagnose_with
 from evat.inference.noise.estimate import estimate_noise
 from evat.inference.prediction import Prediction
-from evat.inference.recorded_inputs import in_step, same_motion, smoothed_inputs
+from evat.inference.recorded_inputs import comparable, in_step, same_motion, smoothed_inputs
 from evat.model import FloatArray, IntArray
 from toy import Toy, measured
 
@@ -198,6 +198,25 @@ def test_repeats_of_other_motions_are_not_compared(other: Callable[[FloatArray],
     changed = replace(trials[1], inputs={"x": other(trials[1].inputs["x"])})
     assert same_motion((trials[0], changed)) == [[0], [1]]
     assert len(in_step((trials[0], changed))) < 2
+
+
+@pytest.mark.parametrize("place", [0, 1, 2])
+@pytest.mark.parametrize("late", [0, 7])
+def test_a_recording_that_was_broken_off_does_not_cut_the_others(place: int, late: int) -> None:
+    """Beside two whole repeats one of 18 samples left 18 of 3000 to compare: noise with a memory was told as white, and a gap was seen."""
+    made = measured(repeats=2, conditions=1)
+    first, second = made.trials
+    if late:
+        second = replace(
+            second,
+            times=second.times[late:] - second.times[late],
+            inputs={"x": second.inputs["x"][late:]},
+            outputs={"F": second.outputs["F"][late:]},
+        )
+    trials = [first, second]
+    trials.insert(place, first.head(30))
+    kept = [at for group in comparable(trials) for _, at in group]
+    assert [at.size for at in kept] == 2 * [first.times.size - late]
 
 
 def test_short_repeats_count() -> None:

@@ -155,22 +155,31 @@ def same_motion(trials: Sequence[Trial]) -> list[list[int]]:
 
 def comparable(trials: Sequence[Trial], shortest: int = 1) -> list[list[tuple[int, IntArray]]]:
     """Repeats among the recordings of a condition that can be compared sample by sample, with the samples in which they can: those that
-    recorded one motion, `shortest` samples long at least, or where these are more, those that are brought in step."""
-    alike = [group for group in same_motion(trials) if len(group) > 1 and trials[group[0]].times.size >= shortest]
-    compared = sum(map(len, alike))
-    step = in_step(trials) if len(trials) > max(compared, 1) else []
-    if len(step) > max(compared, 1):
-        return [step]
-    return [[(each, np.arange(trials[each].times.size)) for each in group] for group in alike]
+    recorded one motion, `shortest` samples long at least, or those that are brought in step, where that compares more."""
+    alike = [
+        [(each, np.arange(trials[each].times.size)) for each in group]
+        for group in same_motion(trials)
+        if len(group) > 1 and trials[group[0]].times.size >= shortest
+    ]
+    step = in_step(trials) if len(trials) > max(sum(map(len, alike)), 1) else []
+    return [step] if _compared(step) > sum(map(_compared, alike)) else alike
+
+
+def _compared(kept: Sequence[tuple[int, IntArray]]) -> int:
+    """How many samples repeats tell of their scatter: one for each sample of each beyond the first."""
+    return (len(kept) - 1) * kept[0][1].size if kept else 0
 
 
 def in_step(trials: Sequence[Trial]) -> list[tuple[int, IntArray]]:
     """Repeats of one motion that began at another moment of it, or lack samples, each with those in which it is in step with the others;
-    those that follow no such motion are left out. What moves by itself, with no recorded input, does so by its clock."""
-    if not trials[0].inputs:
-        return _by_clock(trials)
-    both = _by_clock(trials), _by_lag(trials)  # what lacks samples has one lag before the gap and another behind it
-    return max(both, key=lambda kept: (len(kept), -_apart(trials, kept)))
+    those that follow no such motion, or are so short that the others would share less with it than they tell without it, are left out. What
+    moves by itself, with no recorded input, does so by its clock."""
+    order = sorted(range(len(trials)), key=lambda place: -trials[place].times.size)
+    ordered = [trials[place] for place in order]
+    kept = _by_clock(ordered)
+    if trials[0].inputs:  # what lacks samples has one lag before the gap and another behind it
+        kept = max(kept, _by_lag(ordered), key=lambda kept: (_compared(kept), -_apart(ordered, kept)))
+    return sorted(((order[place], at) for place, at in kept), key=lambda each: each[0])
 
 
 def _apart(trials: Sequence[Trial], kept: Sequence[tuple[int, IntArray]]) -> float:
@@ -186,12 +195,14 @@ def _apart(trials: Sequence[Trial], kept: Sequence[tuple[int, IntArray]]) -> flo
 def _by_lag(trials: Sequence[Trial]) -> list[tuple[int, IntArray]]:
     """The samples in which motions agree once one is so many samples later."""
     first, kept = trials[0], [(0, 0)]
+    begin, end = 0, first.times.size
     for place, trial in enumerate(trials[1:], 1):
         lag = _lag(first, trial) if set(first.inputs) == set(trial.inputs) and dict(first.values) == dict(trial.values) else None
-        if lag is not None:
-            kept.append((place, lag))
-    begin = max(-lag for _, lag in kept)
-    end = min(trials[place].times.size - lag for place, lag in kept)
+        if lag is None:
+            continue
+        both = max(begin, -lag), min(end, trial.times.size - lag)
+        if both[1] - both[0] >= CONSTANTS.fewest_input_samples and len(kept) * (both[1] - both[0]) >= (len(kept) - 1) * (end - begin):
+            (begin, end), kept = both, [*kept, (place, lag)]
     return [(place, np.arange(begin + lag, end + lag)) for place, lag in kept] if end - begin >= CONSTANTS.fewest_input_samples else []
 
 
@@ -212,6 +223,8 @@ def _by_clock(trials: Sequence[Trial]) -> list[tuple[int, IntArray]]:
         if dict(trial.values) != dict(first.values) or np.median(apart) > CONSTANTS.clock_together * step or np.any(np.diff(tick) < 1):
             continue
         both = tick.astype(np.intp) if not ticks else np.intersect1d(shared, tick.astype(np.intp))
+        if ticks and len(ticks) * both.size < (len(ticks) - 1) * shared.size:
+            continue
         if both.size >= CONSTANTS.fewest_input_samples and _follows(first, trial, ticks.get(0, tick).astype(np.intp), tick.astype(np.intp)):
             shared, ticks[place] = both, tick.astype(np.intp)
     return [(place, np.flatnonzero(np.isin(own, shared))) for place, own in ticks.items()]
