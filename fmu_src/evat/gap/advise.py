@@ -171,7 +171,7 @@ def _weights(comparison: Comparison, prediction: Prediction, form: float) -> Flo
     """One over the standard deviation (N,) by which each number of a new condition counts: noise averages out, errors of form do not."""
     whitening, weights = comparison.whitening, np.empty(prediction.measured.size)
     for segment in prediction.segments:
-        floors = [float(whitening.noise.sizes[g.members[0]]) for g in whitening.groups if g.channel == segment.channel]
+        floors = [float(size) for size, g in zip(whitening.sizes, whitening.groups, strict=True) if g.channel == segment.channel]
         noise = float(np.mean(floors)) ** 2 / CONSTANTS.averaged_samples
         variance = noise + (max(form, CONSTANTS.least_form_in_advice) * whitening.levels[segment.channel]) ** 2
         weights[segment.at] = 1 / math.sqrt((segment.at.stop - segment.at.start) * variance)

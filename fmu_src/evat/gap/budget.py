@@ -40,7 +40,7 @@ def squares(whitening: BandWhitening, predicted: FloatArray, conditions: set[str
         if conditions is not None and group.condition not in conditions:
             continue
         size, repeats, alike = group.at.stop - group.at.start, len(group.members), 1.0
-        within, between = np.full(size, float(noise.sizes[group.members[0]]) ** 2), np.zeros(size)
+        within, between = np.full(size, float(whitening.sizes[place]) ** 2), np.zeros(size)
         if size > 1:
             response = impulse_response(noise.filters[group.channel])
             within *= float(np.sum(response**2))

@@ -51,7 +51,8 @@ class BandWhitening:
     `jumps[group]` tells what its samples count, less beside jumps; `counts` (groups, bands) is how many numbers a band has; `unexplained`
     (lengths, groups, bands) what a discrepancy of unit size (rms of its channel) and given correlation length would add to the variance 1
     that noise has there; `least` (groups, bands) the variance that every model is granted; `trust` (groups, bands) the share of its
-    numbers that a band counts.
+    numbers that a band counts. `sizes` (groups,) is the standard deviation of innovations of a recording: where those of repeats differ,
+    of so many as if each had it that their mean is known as well.
     """
 
     def __init__(
@@ -66,6 +67,7 @@ class BandWhitening:
         by_inputs : (N,), what the noise of recorded inputs has left in it."""
         self.prediction, self.noise = prediction, noise
         self.groups = self._grouped()
+        self.sizes = np.array([_as_if_alike(noise.sizes[list(group.members)]) for group in self.groups])
         self.levels = self._levels()
         self.means = self._means(predicted)
         self.jumps = [self._jumps_of(place, predicted) for place in range(len(self.groups))]
@@ -145,20 +147,21 @@ class BandWhitening:
         return levels
 
     def _means(self, predicted: FloatArray) -> list[FloatArray]:
-        """Mean of the repeats of each group; a sample that is far off where the others are not counts no more than a far one."""
+        """Mean of the repeats of each group, by inverse variance; a sample that is far off where the others are not counts no
+        more than a far one."""
         means = []
         for group in self.groups:
             comparable = self.prediction.measured - self.prediction.own_start
             rows = np.array([comparable[self.prediction.segments[place].at] for place in group.members])
             if len(rows) > 1 and group.at.stop - group.at.start > 1:
                 rows = _without_outliers(rows, predicted[group.at])
-            means.append(np.asarray(rows.mean(axis=0), dtype=np.float64))
+            means.append(_weighted_mean(rows, self.noise.sizes[list(group.members)]))
         return means
 
     def _jumps_of(self, place: int, predicted: FloatArray) -> Discontinuities:
         """What samples count: less beside jumps, where a mean of repeats is as wrong as each, at ends, and where one stands alone."""
         group = self.groups[place]
-        size = self.noise.sizes[group.members[0]] / math.sqrt(len(group.members))
+        size = self.sizes[place] / math.sqrt(len(group.members))
         own = predicted[group.at]
         unsure = unsure_ends(self.prediction, self.prediction.segments[group.members[0]], own)
         unsure = np.hypot(unsure, unsure_outliers(self.residual(predicted, place), own))
@@ -180,7 +183,7 @@ class BandWhitening:
     def _filter(self, columns: FloatArray, place: int) -> FloatArray:
         """Innovations of the columns of one segment, by their sd."""
         group = self.groups[place]
-        size = self.noise.sizes[group.members[0]]
+        size = self.sizes[place]
         filter_ = self._filter_of(group)
         lost = filter_.size - 1
         white: FloatArray = columns[lost:] * (filter_[0] / size)
@@ -214,7 +217,7 @@ class BandWhitening:
         """The same without what another start of the bristles takes in: as far as their bending goes, no start is one model's."""
         group = self.groups[place]
         left, bent = self.residual(predicted, place), self.prediction.bent[group.at]
-        size = float(self.noise.sizes[group.members[0]])
+        size = float(self.sizes[place])
         taken: FloatArray = left - bent * (bent @ left) / (bent @ bent + size**2)
         return taken
 
@@ -244,7 +247,7 @@ class BandWhitening:
     def unexplained(self) -> FloatArray:
         variance = np.zeros((len(CONSTANTS.correlation_samples), *self.counts.shape))
         for place, group in enumerate(self.groups):
-            ratio = (self.levels[group.channel] / self.noise.sizes[group.members[0]]) ** 2 * len(group.members) * self.jumps[place].share
+            ratio = (self.levels[group.channel] / self.sizes[place]) ** 2 * len(group.members) * self.jumps[place].share
             length = group.at.stop - group.at.start
             if length == 1:
                 variance[:, place, 0] = ratio
@@ -275,6 +278,17 @@ def _spectrum(white: FloatArray) -> npt.NDArray[np.complex128]:
     coefficients = np.fft.rfft(np.ascontiguousarray(white.T), norm="ortho").T
     coefficients[1 : (white.shape[0] + 1) // 2] *= np.sqrt(2)
     return np.asarray(coefficients)
+
+
+def _as_if_alike(sizes: FloatArray) -> float:
+    """The one standard deviation with which as many repeats would tell their mean as well as these (n,) do."""
+    return float(sizes[0]) if np.all(sizes == sizes[0]) else math.sqrt(sizes.size / float(np.sum(1 / sizes**2)))
+
+
+def _weighted_mean(rows: FloatArray, sizes: FloatArray) -> FloatArray:
+    """Mean (m,) of repeats (n, m) whose noise has these standard deviations (n,), by inverse variance."""
+    weights = None if np.all(sizes == sizes[0]) else 1 / sizes**2
+    return np.asarray(rows.mean(axis=0) if weights is None else np.average(rows, axis=0, weights=weights), dtype=np.float64)
 
 
 def _without_outliers(rows: FloatArray, predicted: FloatArray) -> FloatArray:

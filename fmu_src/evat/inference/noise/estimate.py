@@ -320,8 +320,8 @@ def _means(prediction: Prediction, residual: FloatArray, sizes: FloatArray, from
             continue
         level = float(np.sqrt(np.mean(means.outputs[segment.channel] ** 2)))
         sd = float(stated[segment.at][0])
-        if segment.channel in means.sd:
-            sizes[place] = max(sd if np.isfinite(sd) else 0.0, 1e-6 * level)
+        if np.isfinite(sd):  # not of a single measurement, to which 0 is written
+            sizes[place] = max(sd, 1e-6 * level)
             continue
         if segment.channel not in of_channel:
             alike = [s.at for s in prediction.segments if s.trial < 0 and s.channel == segment.channel]

@@ -104,8 +104,8 @@ def _left(series: Series, records: Sequence[Record], choices: Sequence[str], num
 def _noise(series: Series, record: Record, rate: float, frequency: FloatArray, choice: str) -> Line:
     """Spectrum of the noise that the mean of the repeats has."""
     whitening = series.comparison.whitening
-    group = next(g for g in whitening.groups if g.channel == record.channel and g.condition == record.condition)
-    size, response = float(whitening.noise.sizes[group.members[0]]), impulse_response(whitening.noise.filters[record.channel])
+    place = next(n for n, g in enumerate(whitening.groups) if g.channel == record.channel and g.condition == record.condition)
+    size, response = float(whitening.sizes[place]), impulse_response(whitening.noise.filters[record.channel])
     gain = np.abs(np.exp(-2j * np.pi * np.outer(frequency / rate, np.arange(response.size))) @ response)
     _, factor, _ = shown_unit(series.comparison.prediction, record.channel)
     return Line("noise", frequency, factor * gain * size * np.sqrt(2 / rate / record.repeats), GREEN, "dot", None, choice)

@@ -83,7 +83,7 @@ def _courses(prediction: Prediction, whitening: BandWhitening, predicted: FloatA
             continue
         trial = prediction.experiment.trials[segment.trial]
         key = trial.file if prediction.apart and unit == TIME else trial.condition
-        left = whitening.residual_of_any_start(predicted, place) / float(whitening.noise.sizes[group.members[0]])
+        left = whitening.residual_of_any_start(predicted, place) / float(whitening.sizes[place])
         left = left - left.mean()
         if unit == TIME:
             courses.append(_Course(key, trial.times - trial.times[0], left, False))
