@@ -11,7 +11,7 @@ from evat.constants import CONSTANTS
 from evat.gap import diagnose_with
 from evat.gap.report import headline
 from evat.gap.report.html_report import page
-from evat.model import FloatArray
+from evat.model import FloatArray, Run, Variable
 from lxml import html
 from toy import Toy, measured
 
@@ -46,6 +46,28 @@ def test_what_follows_is_compared_at_least(extra: np.ndarray | None) -> None:
     body = html.fromstring(page(answer, comparison, None, "it was not asked for"))
     listed = [item.text_content() for item in body.iter("li")]
     assert "only the first 250 samples of each trial were looked at; --whole takes all" in listed
+
+
+def test_a_shape_of_the_law_is_run_as_it_was_fitted() -> None:
+    """It was held where it is linearised: samples that the fit follows as well "leave more, 0.37 N where it was 0.23"."""
+
+    class Curved(Toy):
+        variables = (*Toy.variables, Variable("p", "1", 1.0, 0.1, 5.0, "exponent", "toy", neutral=1.0))
+
+        def formula(self, times: FloatArray, values: Mapping[str, FloatArray], on: Collection[str]) -> Mapping[str, FloatArray]:
+            x = values["x"]
+            return super().formula(times, {**values, "x": np.sign(x) * np.abs(x) ** values["p"]}, on)
+
+    made, draw, trials = measured(conditions=6), np.random.default_rng(7), []
+    for trial in made.trials:
+        x = trial.inputs["x"] * np.where(trial.times < 2.5, 1.0, 1.7)
+        force = Curved().simulate_many(Run(trial.times, {"x": x}, ("F",)), [], {"k": 10.0, "p": 1.2})["F"][0]
+        trials.append(replace(trial, inputs={"x": x}, outputs={"F": force + 0.1 * draw.normal(size=x.size)}))
+    with CONSTANTS.replaced(diagnosed_samples=1500):  # 250 of each
+        answer, comparison = diagnose_with(replace(made, trials=tuple(trials)), Curved())
+    assert abs(comparison.recalibrated.values["p"] - 1.2) < 0.05
+    assert any(each.parameter.name == "p" for each in comparison.prediction.linearised)
+    assert not answer.later
 
 
 def test_what_does_not_run_beyond_what_was_looked_at_is_told() -> None:

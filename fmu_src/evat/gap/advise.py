@@ -139,7 +139,7 @@ def _apart(comparison: Comparison, option: Option, fits: Sequence[Fit], temperat
 
     uncertain : what the data leave open of the models' parameters counts, too.
     """
-    prediction = comparison.prediction.of(option.experiment)
+    prediction = comparison.prediction.of(option.experiment).running_the_law()
     weights = _weights(comparison, prediction, min(fit.likelihood.size for fit in fits))
     rows, open_ = list[FloatArray](), list[FloatArray]()
     for fit in fits:

@@ -18,7 +18,7 @@ def later_part(comparison: Comparison, chosen: Fit, whole: Experiment) -> str:
     whole : the experiment before it was cut.
     """
     looked_at = comparison.prediction
-    prediction = looked_at.of(whole)
+    prediction = looked_at.of(whole).running_the_law()
     beside = looked_at.form_names - looked_at.setup_names
     predicted = prediction.one({name: value for name, value in chosen.values.items() if name not in beside and OWN not in name}, chosen.on)
     if not np.all(np.isfinite(predicted)):

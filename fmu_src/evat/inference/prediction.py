@@ -237,6 +237,10 @@ class Prediction:
         other.apart = self.apart
         return other.linearise([replace(each, column=np.zeros(other.measured.size)) for each in self.linearised])
 
+    def running_the_law(self) -> Prediction:
+        """The same with shapes of the law run, and not held where they are linearised: linear stays what no law has."""
+        return self.linearise([each for each in self.linearised if each.parameter.name not in self._names])
+
     def _has_nominal_law(self, values: Values) -> bool:
         return all(self.nominal.get(name) == value for name, value in values.items() if isinstance(value, str))
 
