@@ -40,13 +40,14 @@ def squares(whitening: BandWhitening, predicted: FloatArray, conditions: set[str
         if conditions is not None and group.condition not in conditions:
             continue
         size, repeats, alike = group.at.stop - group.at.start, len(group.members), 1.0
-        within, between = np.full(size, float(whitening.sizes[place]) ** 2), np.zeros(size)
+        within, changed = np.full(size, float(whitening.sizes[place]) ** 2), np.zeros((size, 0))
         if size > 1:
             response = impulse_response(noise.filters[group.channel])
             within *= float(np.sum(response**2))
             alike = _alike(response)
             first = prediction.segments[group.members[0]]
-            between = np.sum(between_trials(prediction, noise, first, predicted) ** 2, axis=1)
+            changed = between_trials(prediction, noise, first, predicted)
+        between = np.sum(changed**2, axis=1)
         residual = whitening.residual_of_any_start(predicted, place)
         by_start = whitening.residual(predicted, place) - residual
         alone = sum(
@@ -56,7 +57,7 @@ def squares(whitening: BandWhitening, predicted: FloatArray, conditions: set[str
         # Beside a jump the clock's spread alone makes large squares: there a structural gap cannot be seen.
         counted = whitening.jumps[place].weights ** 2
         clear = float(np.sum(counted * (residual**2 - (within + between) / repeats)))
-        scatter = 2 * alike * float(np.sum((counted * (within + between) / repeats) ** 2))
+        scatter = _scatter(counted / repeats, within, changed, alike)
         row = np.array([alone / repeats, float(within.sum()), float(between.sum()), size, clear, float(counted.sum()), scatter])
         sums[group.channel] = sums.get(group.channel, np.zeros(row.size)) + row
     return {
@@ -69,6 +70,15 @@ def squares(whitening: BandWhitening, predicted: FloatArray, conditions: set[str
         )
         for channel, row in sums.items()
     }
+
+
+def _scatter(weights: FloatArray, within: FloatArray, changed: FloatArray, alike: float) -> float:
+    """Variance of a weighted sum of squares (weights (n,)) of noise of variance `within` (n,), of which `alike` samples tell as much as one
+    that is independent, and of what differs from recording to recording by `changed` (n, k) a standard deviation: each of these is one
+    number for a whole recording, however many samples show it."""
+    by_number = changed.T @ (weights[:, None] * changed)
+    of_noise = np.sum((weights * within) ** 2) + 2 * np.sum(weights**2 * within * np.sum(changed**2, axis=1))
+    return 2 * (alike * float(of_noise) + float(np.sum(by_number**2)))
 
 
 def _alike(response: FloatArray) -> float:

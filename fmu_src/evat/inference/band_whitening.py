@@ -149,10 +149,11 @@ class BandWhitening:
     def _means(self, predicted: FloatArray) -> list[FloatArray]:
         """Mean of the repeats of each group, by inverse variance; a sample that is far off where the others are not counts no
         more than a far one."""
-        means = []
+        means, own_start = [], self.prediction.own_start
         for group in self.groups:
-            comparable = self.prediction.measured - self.prediction.own_start
-            rows = np.array([comparable[self.prediction.segments[place].at] for place in group.members])
+            own = [self.prediction.segments[place].at for place in group.members]
+            # as if each had begun as the first, of which the prediction is
+            rows = np.array([self.prediction.measured[at] - (own_start[at] - own_start[group.at]) for at in own])
             if len(rows) > 1 and group.at.stop - group.at.start > 1:
                 rows = _without_outliers(rows, predicted[group.at])
             means.append(_weighted_mean(rows, self.noise.sizes[list(group.members)]))

@@ -186,13 +186,14 @@ class Prediction:
         return other
 
     def _own_start(self) -> FloatArray:
-        """What the start of each trial changes beside that of the first with its motion, (N,): these are simulated once."""
+        """What the start of each trial changes beside that of the first with its motion, (N,): these are simulated once, also where each
+        is compared by itself."""
         own, first = np.zeros(self.measured.size), dict[bytes, str]()
         for segment in self.segments:
             if segment.trial < 0:
                 continue
             file = self.experiment.trials[segment.trial].file
-            shared = first.setdefault(self.alike[segment.trial], file)
+            shared = first.setdefault(self._runs[segment.trial], file)
             further = self.starts.get(file, 0.0) - self.starts.get(shared, 0.0)
             if further and self.steady.get(file, 0.0) > 0:
                 own[segment.at] = further / self.steady[file] * self.bent[segment.at]
@@ -232,7 +233,8 @@ class Prediction:
         return {name: value for name, value in values.items() if name not in self.setup_names and name not in self.form_names}
 
     def of(self, experiment: Experiment) -> Prediction:
-        """Another experiment by the same model, its linearised parameters held; trials of the same files start alike."""
+        """Another experiment by the same model, its linearised parameters held; trials start as those of their files did, and all repeats
+        as the first of them."""
         other = Prediction(self.model, experiment).starting(self.starts, None, self.steady).set_up_as(self)
         other.apart = self.apart
         return other.linearise([replace(each, column=np.zeros(other.measured.size)) for each in self.linearised])

@@ -21,7 +21,7 @@ def lack_of_fit(prediction: Prediction, residual: FloatArray) -> dict[str, float
     """By channel, how many sd the mean square of what repeats share of a residual (N,) lies above what their noise leaves there; of the
     channels that have repeats."""
     by_channel: dict[str, list[FloatArray]] = {}
-    for channel, table in repeats(prediction, residual + prediction.own_start):
+    for channel, table in repeats(prediction, residual):
         if table.shape[1] > 1 and np.any(table != table[0]):
             by_channel.setdefault(channel, []).append(table)
     excess = {channel: _of_repeats(tables) for channel, tables in by_channel.items()}
