@@ -12,7 +12,7 @@ from evat.constants import CONSTANTS
 from evat.experiment import Experiment
 from evat.gap import Diagnosis, diagnose, diagnose_with
 from evat.gap.report.explanation import smallest_amplitudes
-from evat.gap.search.audit import audit
+from evat.gap.search.audit import audit, too_slow
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray, Variable
 from rig import MODEL, SAMPLES, STEP, STILL, VALUES, measured
@@ -132,6 +132,17 @@ def test_softening_is_named_where_the_proxy_varies_enough() -> None:
     proxy: dict[str, float | str] = {"proxy_source": "proxy_speed", "theta_ref": 0.1}
     softer = {**proxy, "thermal_softening.k_Q": 2e4, "thermal_softening.Q": 1.0}
     assert names(diagnose(measured(["thermal_softening"], softer, nominal=proxy, inputs=moving), STILL)) == ["thermal_softening"]
+
+
+@pytest.mark.parametrize("place", [0, -1])
+def test_a_record_that_was_sampled_too_slowly_is_seen_wherever_it_stands(place: int) -> None:
+    slow = measured()
+    values: dict[str, float | str] = {**VALUES, "kinematics": "internal", "vibration_frequency": 0.02 / STEP}
+    trials = [replace(trial, inputs={}) for trial in slow.trials]
+    trials[place] = replace(trials[place], times=trials[place].times * 10)
+    experiment = replace(slow, nominal=replace(slow.nominal, values=values), trials=tuple(trials))
+    assert trials[place].file in too_slow(Prediction(STILL, experiment))
+    assert not too_slow(Prediction(STILL, replace(experiment, trials=tuple(t for t in trials if t is not trials[place]))))
 
 
 def test_a_sensor_below_the_vibration_claims_no_phase() -> None:

@@ -22,6 +22,8 @@ from evat.inference.sample_whitening import SampleWhitening
 from evat.model import FloatArray, Run
 from known_rigs import FREE, MODEL, SLIDING, TIMES, TO_AND_FRO, TRUTH, exact, experiment, force, trial
 from scipy.signal import lfilter
+from toy import Toy
+from toy import measured as toy_measured
 
 NOISE, REPEATS = 0.01, 6
 QUICK = Settings(search="none", profiles=False)
@@ -281,3 +283,14 @@ def test_what_first_samples_alone_tell_apart_is_no_difference_of_gain_and_zero(s
     assert gain <= CONSTANTS.prior_trial_gain
     assert zero < 5.0
     assert clock <= CONSTANTS.prior_trial_clock
+
+
+def test_ten_repeats_have_nine_differences() -> None:
+    """They counted as five beside what is usual, which weighs as much as a few."""
+    made = toy_measured(repeats=10, conditions=1, noise=1e-4)
+    gains = np.random.default_rng(2).normal(size=10) * 3 * CONSTANTS.prior_trial_gain
+    trials = tuple(replace(trial, outputs={"F": trial.outputs["F"] * (1 + gain)}) for trial, gain in zip(made.trials, gains, strict=True))
+    prediction = Prediction(Toy(), replace(made, trials=trials))
+    told = estimate_noise(prediction, prediction.one()).spread["F"][0]
+    expected = (9 * gains.var(ddof=1) + CONSTANTS.prior_trials * CONSTANTS.prior_trial_gain**2) / (9 + CONSTANTS.prior_trials)
+    assert told**2 == pytest.approx(expected, rel=0.02)

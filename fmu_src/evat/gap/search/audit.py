@@ -61,20 +61,20 @@ def idle_effects(prediction: Prediction, effects: Sequence[Effect]) -> dict[str,
 
 def too_slow(prediction: Prediction) -> str:
     """Why a record cannot be compared with a model that vibrates faster than it was sampled; "" where it can."""
-    for trial in prediction.experiment.trials[:1]:
+    for trial in prediction.experiment.trials:
         period = prediction.model.cycle_time({**prediction.nominal, **trial.values})
         if math.isfinite(period) and trial.times.size > 1:
             step = trial.sampling_interval
             if step * CONSTANTS.samples_per_cycle > period:
                 return (
-                    f"sampled at {1 / step:.4g} Hz, the vibration has {1 / period:.4g} Hz: "
+                    f"{trial.file} was sampled at {1 / step:.4g} Hz, the vibration has {1 / period:.4g} Hz: "
                     "phases cannot be seen; give cycle means as a means file, or a faster record"
                 )
     return ""
 
 
 def audit(prediction: Prediction, predicted: FloatArray, noise_sd: dict[str, float], numerical: FloatArray) -> Audit:
-    """predicted : (N,), by the nominal model; noise_sd : of each channel, whitened or not, whichever is smaller; numerical : (N,), the
+    """predicted : (N,), by the nominal model; noise_sd : of each channel, whitened, in the median of its recordings; numerical : (N,), the
     solver's error."""
     refused, notes = list(filter(None, [too_slow(prediction)])), list[str]()
     experiment = prediction.experiment

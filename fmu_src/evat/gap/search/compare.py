@@ -72,7 +72,12 @@ def compare(prediction: Prediction, report: Progress | None = None, perturbed: P
     noise = estimate_noise(prediction, predicted)
     if any(comes.lines > CONSTANTS.notable_irregularity for comes in noise.irregular.values()):
         prediction = prediction.each_apart()  # lines whose phase differs from repeat to repeat
-    floors = {s.channel: float(noise.sizes[place]) for place, s in enumerate(prediction.segments)}
+    floors = {
+        channel: float(
+            np.median([size for size, segment in zip(noise.sizes, prediction.segments, strict=True) if segment.channel == channel])
+        )
+        for channel in prediction.channels
+    }
     audited = audit(prediction, predicted, floors, numerical)
     whitening = BandWhitening(prediction, noise, predicted, numerical, by_inputs)
     if audited.refused:

@@ -97,7 +97,12 @@ def estimate_noise(prediction: Prediction, predicted: FloatArray, *, prior: bool
             for (name, condition), places in groups.items()
             if name == channel
         }
-        left, shown, slopes, degrees[channel] = dict[int, FloatArray](), dict[int, FloatArray](), list[tuple[FloatArray, FloatArray]](), 0
+        left, shown, slopes, degrees[channel] = (
+            dict[int, FloatArray](),
+            dict[int, FloatArray](),
+            list[tuple[FloatArray, FloatArray, float]](),
+            0,
+        )
         for places in own.values():
             trials = [prediction.experiment.trials[prediction.segments[place].trial] for place in places]
             for group in comparable(trials, CONSTANTS.shortest_repeat):
@@ -110,7 +115,7 @@ def estimate_noise(prediction: Prediction, predicted: FloatArray, *, prior: bool
                     segment = prediction.segments[place]
                     basis, shown[place] = _basis(prediction, segment, predicted)[at], predicted[segment.at][at]
                     coefficients, calm = random_effects(basis, row, together)
-                    slopes.append((coefficients, basis[calm]))
+                    slopes.append((coefficients, basis[calm], (len(alike) - 1) / len(alike)))  # R repeats have R - 1 differences
                     fewer = np.sqrt(row.size / (row.size - BETWEEN))  # numbers than samples, once these were fitted
                     left[place] = without_jumps(fewer * (row - basis @ coefficients), together)
         steps = [_step(prediction, place) for place in left]
@@ -272,7 +277,7 @@ def _spread(
     prediction: Prediction,
     channel: str,
     predicted: FloatArray,
-    slopes: Sequence[tuple[FloatArray, FloatArray]],
+    slopes: Sequence[tuple[FloatArray, FloatArray, float]],
     filter_: FloatArray,
     sizes: FloatArray,
     prior: bool,
@@ -282,9 +287,8 @@ def _spread(
     level = float(np.sqrt(np.mean(np.concatenate([predicted[prediction.segments[place].at] for place in own]) ** 2)))
     usual = np.array([CONSTANTS.prior_trial_gain, CONSTANTS.prior_trial_zero * level, CONSTANTS.prior_trial_clock])
     size = float(np.median(sizes[own]))
-    share = 0.5  # two repeats share one difference
     excess, weight = np.zeros(BETWEEN), np.zeros(BETWEEN)
-    for coefficients, basis in slopes:
+    for coefficients, basis, share in slopes:
         white = np.column_stack([innovations(filter_, column) for column in basis.T]) / size
         errors = np.where(_scale(white) > CONSTANTS.no_signal, _variances(basis, white), np.inf)
         # A clock cannot be read off a force that stands still: what seems to be one there is what noise alone gives.
