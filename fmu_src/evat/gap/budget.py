@@ -10,7 +10,7 @@ import numpy as np
 
 from evat.constants import CONSTANTS
 from evat.inference.band_whitening import BandWhitening
-from evat.inference.noise.autoregression import impulse_response
+from evat.inference.noise.autoregression import correlated, impulse_response
 from evat.inference.noise.estimate import between_trials
 from evat.model import FloatArray
 
@@ -70,6 +70,17 @@ def squares(whitening: BandWhitening, predicted: FloatArray, conditions: set[str
         )
         for channel, row in sums.items()
     }
+
+
+def variance_along(whitening: BandWhitening, place: int, direction: FloatArray, predicted: FloatArray) -> float:
+    """Variance of the sum of one recording of a group times `direction` (n,): by its noise, which goes on from sample to sample, and by
+    what differs from recording to recording. predicted : (N,), near the truth."""
+    group, noise = whitening.groups[place], whitening.noise
+    if direction.size == 1:
+        return float((whitening.sizes[place] * direction[0]) ** 2)
+    of_noise = whitening.sizes[place] * correlated(noise.filters[group.channel], direction)
+    changed = between_trials(whitening.prediction, noise, whitening.prediction.segments[group.members[0]], predicted)
+    return float(of_noise @ of_noise + np.sum((changed.T @ direction) ** 2))
 
 
 def _scatter(weights: FloatArray, within: FloatArray, changed: FloatArray, alike: float) -> float:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from evat.constants import CONSTANTS
-from evat.gap.budget import is_visible, squares, structural_share
+from evat.gap.budget import is_visible, squares, structural_share, variance_along
 from evat.gap.held_out import folds
 from evat.gap.search.compare import Comparison
 from evat.gap.values_alone import ValuesAlone, values_alone
@@ -151,13 +151,12 @@ class HeldOut:
         whitening, own = self.comparison.whitening, self.fitted(chosen, condition)
         apart = own.predicted - self.fitted(self.comparison.recalibrated, condition).predicted
         less, variance, along = 0.0, 0.0, np.zeros(own.point.size)
-        for group in whitening.groups:
+        for place, group in enumerate(whitening.groups):
             if group.condition != condition:
                 continue
             level, repeats = whitening.levels[group.channel] ** 2, len(group.members)
-            square = repeats * float(np.sum(apart[group.at] ** 2)) / level
-            floor = squares(whitening, own.predicted, {condition})[group.channel].floor / level
-            less, variance = less + square, variance + 4 * floor * square
+            less += repeats * float(np.sum(apart[group.at] ** 2)) / level
+            variance += 4 * repeats * variance_along(whitening, place, apart[group.at], own.predicted) / level**2
             along += 2 * repeats * (own.slopes[group.at].T @ apart[group.at]) / level
         sd = math.sqrt(variance + float(along @ own.likelihood.covariance @ along))
         return (more + less) / sd if sd > 0 else 0.0
