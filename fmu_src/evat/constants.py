@@ -180,7 +180,7 @@ class _Constants(ConstantTable):
     )  # fmt: skip
     fewest_input_samples = Constant(16, "samples", "of a recorded column whose noise or quantum is looked at", source="safety limit")
     least_input_noise = Constant(
-        1e-6, "of the largest value", "noise of a recorded column that is less is rounding", source="numerical tolerance"
+        1e-6, "of half the range", "noise of a recorded column that is less is rounding", source="numerical tolerance"
     )
     quantised_share = Constant(
         0.99, "of the differences", "whole multiples of the smallest, where a position was counted, as by an encoder", high=1.0
@@ -189,7 +189,7 @@ class _Constants(ConstantTable):
     largest_quantised_difference = Constant(
         1e3, "quanta", "above which, for the median, the smallest difference of a position is no quantum"
     )
-    least_quantum = Constant(1e-9, "of the largest value", "a difference of a position that is less is rounding")
+    least_quantum = Constant(1e-9, "of half the range", "a difference of a position that is less is rounding")
     smoothing_windows = Constant((1, 2, 4, 8, 16, 32, 64, 128), "samples", "to each side of the middle one, of local polynomials")
     smoothing_confidence = Constant(2.5, "sd", "of the intervals that have to meet")
     sample_confidence = Constant(4.0, "sd", "of the interval of a sample by itself: further from it a smoothed column cuts a corner")

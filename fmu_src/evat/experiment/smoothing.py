@@ -22,7 +22,7 @@ def noise_sd(column: FloatArray) -> float:
         return 0.0
     third = np.diff(column, 3)
     size = 1.4826 * float(np.median(np.abs(third)))
-    if not size > CONSTANTS.least_input_noise * float(np.max(np.abs(column))):
+    if not size > _rounding(column, CONSTANTS.least_input_noise):
         return 0.0
     inside = np.abs(third) <= 3 * size  # corners of the motion have no say
     both = inside[1:] & inside[:-1]
@@ -34,14 +34,23 @@ def noise_sd(column: FloatArray) -> float:
 def quantum(column: FloatArray) -> float:
     """Step of a quantised column (n,), such as an encoder's; 0 where it is not quantised."""
     steps = np.abs(np.diff(column))
-    steps = steps[steps > CONSTANTS.least_quantum * float(np.max(np.abs(column), initial=0.0))]
-    if steps.size < CONSTANTS.fewest_input_samples:
+    steps = steps[steps > _rounding(column, CONSTANTS.least_quantum)]
+    if column.size < CONSTANTS.fewest_input_samples or steps.size == 0:
         return 0.0
     least = float(steps.min())
+    if steps.size < CONSTANTS.fewest_input_samples:  # that few tell of counts only if they are alike, and nothing moves between them
+        return least if np.ptp(steps) < CONSTANTS.quantum_error * least and 2 * steps.size < column.size else 0.0
     multiples = steps / least
     whole = float(np.mean(np.abs(multiples - np.round(multiples)) < CONSTANTS.quantum_error))
     is_quantised = whole > CONSTANTS.quantised_share and np.median(multiples) < CONSTANTS.largest_quantised_difference
     return least if is_quantised else 0.0
+
+
+def _rounding(column: FloatArray, share: float) -> float:
+    """What differences of a column (n,) are by rounding: a share of its half range, wherever the zero of its scale lies, but no less than
+    floating point leaves beside its values."""
+    eps = 8 * float(np.finfo(np.float64).eps)
+    return max(0.5 * share * float(np.ptp(column)), eps * float(np.max(np.abs(column)))) if column.size else 0.0
 
 
 def smoothed(column: FloatArray, sd: float) -> FloatArray:
@@ -96,6 +105,7 @@ def _by_widest(column: FloatArray, sd: float, deriv: int, step: float, order: in
     window, 0 at the begin and 1 at the end."""
     own = CONSTANTS.sample_confidence * sd if deriv == 0 else np.inf  # a sample tells by itself where a corner is, and no slope
     low, high = column - own, column + own
+    counted = np.concatenate([[0], np.cumsum(np.diff(column) != 0)])  # how often it has changed before each sample
     best, sds, going = column.copy(), np.full(column.size, np.inf), np.ones(column.size, dtype=bool)
     for half in CONSTANTS.smoothing_windows:
         window = 2 * half + 1
@@ -109,11 +119,25 @@ def _by_widest(column: FloatArray, sd: float, deriv: int, step: float, order: in
             [weights[:before] @ column[:window], np.correlate(column, weights[before]), weights[window - after :] @ column[-window:]]
         )
         own_sds = np.sqrt(np.sum(weights**2, axis=1))[places]
+        if deriv > 0:
+            own_sds = own_sds * _by_counts(counted, window)
         reach = CONSTANTS.smoothing_confidence * sd * own_sds
         low, high = np.maximum(low, fitted - reach), np.minimum(high, fitted + reach)
         going &= low <= high
         best[going], sds[going] = fitted[going], own_sds[going]
     return best, sds
+
+
+def _by_counts(counted: FloatArray, window: int) -> FloatArray:
+    """By how much less sure (n,) a window is than where noise is new in every sample: a counted position stands between its counts, and
+    tells as many independent numbers as counts pass. Else a slow motion, of many samples a count, would stand still.
+
+    By the counts that pass within its length to either side, alike for all kinds of windows: those that happen to see one are no surer."""
+    place = np.arange(counted.size)
+    first, last = np.maximum(place - (window - 1), 0), np.minimum(place + (window - 1), counted.size - 1)
+    passed = (window - 1) * (counted[last] - counted[first]) / (last - first)
+    factor: FloatArray = np.sqrt(window / (passed + 1))
+    return factor
 
 
 def _weights(window: int, order: int, deriv: int) -> FloatArray:
