@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import long_record
@@ -99,6 +100,34 @@ def test_the_noise_of_an_average_is_that_of_its_halves() -> None:
         halves.append(values[0, 0].mean() - values[1, 0].mean())
     assert np.sqrt(np.mean(np.square(halves))) / 2 == pytest.approx(np.std(means), rel=0.12)
     assert np.std(means) > 2 / np.sqrt(cycles * points) * np.sqrt(1 / (1 - 0.7**2))
+
+
+@pytest.mark.parametrize("stated", [0.0, 2.5])
+def test_a_distance_that_is_stated_is_that_before_the_record(stated: float, recorded: Path, tmp_path: Path) -> None:
+    """Every piece began at it, however far the contact had slid since: even stating 0, the default, lost all wear of the record."""
+    made = rig()
+    before = replace(made, trials=(replace(made.trials[0], values={"sliding_distance": stated}),))
+    said = write_experiment(before, tmp_path / "said", suffix=".parquet")
+    distances = [
+        [trial.values["sliding_distance"] for trial in compress_experiment(folder, samples=2000).experiment.trials]
+        for folder in (recorded, said)
+    ]
+    assert distances[1] == pytest.approx([each + stated for each in distances[0]])
+    assert np.ptp(distances[0]) > 1.0
+
+
+def test_the_noise_that_is_stated_is_that_of_a_row(tmp_path: Path) -> None:
+    """It was given to averages of some tens of them, and intervals were five times too wide."""
+    made = rig()
+    noisy = replace(made, trials=(replace(made.trials[0], noise_sd={"friction_force": 0.5}),))
+    trials = compress_experiment(write_experiment(noisy, tmp_path / "noisy", suffix=".parquet"), samples=1000).experiment.trials
+    halves = {trial.file for trial in trials if trial.file[-5] == "b"}
+    for trial in trials:
+        in_halves = trial.file in halves or f"{trial.file[:-5]}b{trial.file[-4:]}" in halves
+        assert bool(trial.noise_sd) != in_halves
+        if trial.noise_sd:
+            assert 0.05 < trial.noise_sd["friction_force"] <= 0.5
+    assert halves
 
 
 def vibration(folder: Path, column: FloatArray) -> Path:

@@ -271,7 +271,9 @@ class _Record:
         if len(made) > 1:
             return made
         sd = {name: max(_noise_sd(column), self.noise[name]) for name, column in made[0].outputs.items()}
-        return [replace(made[0], noise_sd={**{name: each for name, each in sd.items() if each > 0}, **self.entry.noise_sd})]
+        averaged = max(float(piece.counts.sum()) / piece.points, 1.0)  # rows a point
+        stated = {name: each / math.sqrt(averaged) for name, each in self.entry.noise_sd.items()}  # of one row
+        return [replace(made[0], noise_sd={**{name: each for name, each in sd.items() if each > 0}, **stated})]
 
     def _average_cycles(self, piece: Piece, number: int) -> list[Trial]:
         """Two halves of an average cycle, whose middle is that of its piece, and a cycle before it."""
@@ -289,11 +291,13 @@ class _Record:
         return [self._trial(piece, number, times, inputs, half, slid, place, before) for place, half in enumerate(values)]
 
     def _slid(self, row: float, before: float) -> dict[str, float]:
-        """How far the contact had slid at a row less what it slides in `before` rows there."""
-        if DISTANCE in self.entry.values or not any(variable.name == DISTANCE for variable in self.model.variables):
+        """How far the contact had slid at a row less what it slides in `before` rows there: in the record, and before it where that is
+        stated."""
+        if not any(variable.name == DISTANCE for variable in self.model.variables):
             return {}
+        stated = float(self.entry.values.get(DISTANCE, 0.0))
         begin, end = self.way(np.array([max(row - before, 0.0), row]))
-        return {DISTANCE: float(begin)} if end > 0 else {DISTANCE: 0.0}
+        return {DISTANCE: stated + float(begin)} if end > 0 else {DISTANCE: stated}
 
     def _inputs(self, values: FloatArray) -> dict[str, FloatArray]:
         """Of both halves together, so that they are one run."""
@@ -311,13 +315,13 @@ class _Record:
         half: int = 0,
         lead_in: Trial | None = None,
     ) -> Trial:
-        """table : (columns, points)."""
+        """table : (columns, points). No noise is stated of averages in two halves, which tell it; its owner stated that of a row."""
         path = PurePosixPath(self.entry.file)
         file = str(path.with_name(f"{path.stem}-{number:02d}{'ab'[half]}{path.suffix}"))
         outputs = {name: table[self.names.index(name)].copy() for name in self.outputs}
         begin = float(self.clock(np.array([float(piece.begin)]))[0])
         condition = f"{self.entry.condition}, {number}: {piece.stretch.kind} at {begin:.4g} s"
-        return Trial(file, condition, {**self.entry.values, **slid}, times, inputs, outputs, lead_in, self.entry.noise_sd)
+        return Trial(file, condition, {**self.entry.values, **slid}, times, inputs, outputs, lead_in)
 
 
 def _in_phase(course: list[Stretch], clock: Callable[[FloatArray], FloatArray], cycle_time: float) -> list[Stretch]:
