@@ -307,6 +307,19 @@ def test_turns_a_minute_and_a_torque_are_read_at_a_radius(tmp_path: Path) -> Non
     np.testing.assert_allclose(trial.outputs["friction_force"], FORCE / 0.5, atol=1e-5)
 
 
+def test_an_angle_that_begins_anew_at_each_turn_turns_no_sign(tmp_path: Path) -> None:
+    """Its jumps were the fastest motion of all, against which the torque ran."""
+    times = np.arange(4000) * 1e-3
+    speed = 20 * np.sin(np.pi * times)
+    angle = np.degrees(np.mod(np.cumsum(speed) * 1e-3, 2 * np.pi))
+    table(tmp_path / "a.csv", "t [s],angle [deg],torque [Nm]", [times, angle, 0.4 * np.tanh(speed)])
+    begun = understood(tmp_path, Answers(radius=0.02))
+    assert "sign" not in {signal.name: signal.table for signal in begun.signals}["friction_force"]
+    write_begun(begun, Believed(), force=False)
+    trial = read_experiment(tmp_path, MODEL).trials[0]
+    assert np.corrcoef(np.sign(trial.inputs["slip_velocity"]), trial.outputs["friction_force"])[0, 1] > 0.9
+
+
 @pytest.mark.parametrize(
     ("unit", "number", "given", "scale"), [("A", 52.0, "N/A", 52.0), ("mA", 0.5, "N.m/A", 25.0), ("V", 8.0, "N/V", 8.0)]
 )

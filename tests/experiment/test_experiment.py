@@ -17,7 +17,7 @@ import pyarrow.parquet
 import pytest
 from evat import parameter_sets
 from evat.commands.main import app
-from evat.experiment import Experiment, ExperimentError, Means, Nominal, Signal, Trial, as_typed
+from evat.experiment import Experiment, ExperimentError, Means, Nominal, SetupSd, Signal, Trial, as_typed
 from evat.experiment import write as experiment_writer
 from evat.experiment.read import read_experiment, scan_experiment
 from evat.experiment.write import write_experiment
@@ -755,6 +755,40 @@ def experiments(draw: st.DrawFn) -> Experiment:
         )
         means = Means("m.csv", conditions, {"slip_velocity": np.array([0.1, 1 / 3])}, {"mean_feed_force": np.array([1.0, -2.0])}, {})
     return Experiment(Path(), draw(NAMES), draw(NAMES), nominal, signals, tuple(trials), means, "")
+
+
+def test_a_standard_deviation_of_a_temperature_is_written_as_a_difference(tmp_path: Path) -> None:
+    """0.5 K became -272.65 degC, and the folder was refused."""
+    times = np.arange(30) * 0.1
+    signals = {"time": Signal("time", "t", "s", None), "contact_temperature": Signal("contact_temperature", "T", "degC", "input")}
+    signals["friction_force"] = Signal("friction_force", "F", "N", "output")
+    trial = Trial("a.csv", "c", {}, times, {"contact_temperature": 300 + times}, {"friction_force": np.sin(times)})
+    made = Experiment(
+        Path(),
+        "rig",
+        "",
+        Nominal({"friction_law": "coulomb", "kinematics": "external", "slip_velocity": 0.1}, (), {}),
+        signals,
+        (trial,),
+        None,
+        "",
+    )
+    made = replace(made, setup_sd={"contact_temperature": SetupSd(zero=0.5)})
+    read = read_experiment(write_experiment(made, tmp_path / "rig"), MODEL)
+    assert read.setup_sd["contact_temperature"].zero == pytest.approx(0.5)
+
+
+def test_the_range_of_a_sensor_lies_about_its_offset_once_written_too(tmp_path: Path) -> None:
+    """A sensor at the end of its range in 122 of 400 samples was none once the experiment had been written and read, and the other way
+    round; the audit of a diagnosis asked for the range about 0."""
+    toml = TOML.replace('column = "F"\nunit = "N"', 'column = "F"\nunit = "N"\noffset = 30.0')
+    first = read_experiment(folder(tmp_path / "rig", toml), MODEL)
+    again = read_experiment(write_experiment(first, tmp_path / "again"), MODEL)
+    signal = again.signals["friction_force"]
+    assert (signal.offset, signal.full_scale) == (30.0, first.signals["friction_force"].full_scale)
+    for one, other in zip(first.trials, again.trials, strict=True):
+        assert other.outputs["friction_force"] == pytest.approx(one.outputs["friction_force"], rel=1e-12)
+    assert [remark.text for remark in again.remarks] == [remark.text for remark in first.remarks]
 
 
 def test_what_no_signal_describes_is_not_written(tmp_path: Path) -> None:

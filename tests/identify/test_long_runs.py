@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -77,6 +78,14 @@ def test_a_journal_of_another_search_is_refused(tmp_path: Path) -> None:
         identify(
             RIG, MODEL, FREE, Settings(bounds={"F_C": (1.0, 30.0)}, **SETTINGS), execution=Execution(journal=tmp_path / "j", resume=True)
         )  # type: ignore[arg-type]
+
+
+def test_a_journal_of_other_data_is_refused(tmp_path: Path) -> None:
+    """An experiment that was made in memory has no file by which to tell: costs of other records were taken on silently."""
+    identify(RIG, MODEL, FREE, Settings(**SETTINGS), execution=Execution(journal=tmp_path / "j"))  # type: ignore[arg-type]
+    louder = tuple(replace(trial, outputs={name: 2 * column for name, column in trial.outputs.items()}) for trial in RIG.trials)
+    with pytest.raises(JournalError, match="differs in recorded"):
+        identify(replace(RIG, trials=louder), MODEL, FREE, Settings(**SETTINGS), execution=Execution(journal=tmp_path / "j", resume=True))  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("damage", ["empty", "torn", "a bit", "the sum", "not UTF-8", "no journal"])

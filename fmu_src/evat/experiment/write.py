@@ -171,15 +171,17 @@ def _setup_sd(stated: SetupSd, name: str, signals: Mapping[str, Signal]) -> dict
     entries = {} if kernel.variable(name).causality == "input" else {"gain": stated.gain, "clock_drift": stated.clock_drift}
     for key, value, unit in (("zero", stated.zero, name), ("clock", stated.clock, CLOCK)):
         if value is not None:
-            entries[key] = float(_typed(signals[unit], np.array(value))) if unit in signals else value
+            entries[key] = _difference(signals[unit], value) if unit in signals else value
     return entries
 
 
 def _as_it_is(signal: Signal) -> Signal:
-    """What was converted where it was read is written as the variable itself, in SI."""
+    """What was converted where it was read is written as the variable itself, in SI; its offset stays where the sensor's range, which lies
+    to both sides of it, is known."""
     if not signal.converted:
         return signal
-    return Signal(signal.name, signal.name, kernel.variable(signal.name).unit, signal.role, signal.full_scale)
+    offset = signal.offset if signal.full_scale is not None else 0.0
+    return Signal(signal.name, signal.name, kernel.variable(signal.name).unit, signal.role, signal.full_scale, offset=offset)
 
 
 def _signal(signal: Signal) -> dict[str, Any]:
@@ -187,7 +189,9 @@ def _signal(signal: Signal) -> dict[str, Any]:
     if signal.role is not None:
         table["role"] = signal.role
     if signal.full_scale is not None:
-        table["full_scale"] = float(_typed(signal, np.array(signal.full_scale)))
+        table["full_scale"] = _difference(signal, signal.full_scale)
+    if signal.offset:
+        table["offset"] = float(signal.offset)
     return table
 
 
@@ -195,8 +199,19 @@ def _typed(signal: Signal, column: FloatArray) -> FloatArray:
     """The column in the unit that its document states."""
     if signal.name == TRIGGER:
         return column
-    factor, offset = affine("s" if signal.name == CLOCK else kernel.variable(signal.name).unit, signal.unit)
+    factor, offset = _to_typed(signal)
+    offset -= factor * signal.offset
     return column if (factor, offset) == (1, 0) else column * factor + offset
+
+
+def _difference(signal: Signal, value: float) -> float:
+    """A difference of the variable, such as a standard deviation, in the unit that its document states, wherever that begins to count."""
+    factor, _ = _to_typed(signal)
+    return float(value * factor)
+
+
+def _to_typed(signal: Signal) -> tuple[float, float]:
+    return affine("s" if signal.name == CLOCK else kernel.variable(signal.name).unit, signal.unit)
 
 
 def _means(means: Means, signals: Mapping[str, Signal]) -> dict[str, FloatArray | Sequence[str]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import importlib.metadata
 import time
 from collections.abc import Mapping, Sequence
@@ -230,6 +231,7 @@ def _journal(execution: Execution, objective: Objective, settings: Settings) -> 
         "evat": importlib.metadata.version("evat"),
         "model": prediction.model.digest,
         "data": prediction.experiment.data_hash,
+        "recorded": _digest(prediction),
         "conditions": list(prediction.experiment.conditions),
         "nominal": {name: value for name, value in sorted(prediction.nominal.items())},
         "values": {name: value for name, value in sorted(objective.values.items())},
@@ -242,6 +244,15 @@ def _journal(execution: Execution, objective: Objective, settings: Settings) -> 
         "generations": settings.generations,
     }
     return Journal(execution.journal, facts, execution.resume)
+
+
+def _digest(prediction: Prediction) -> str:
+    """Of what was measured, and along what: an experiment that was made in memory, or compressed in another way, has no file that tells."""
+    digest = hashlib.sha256(np.ascontiguousarray(prediction.measured).tobytes())
+    for trial in prediction.experiment.trials:
+        for column in (trial.times, *trial.inputs.values()):
+            digest.update(np.ascontiguousarray(column).tobytes())
+    return digest.hexdigest()
 
 
 def _optimum(

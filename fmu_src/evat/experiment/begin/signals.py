@@ -15,6 +15,7 @@ from evat.experiment.begin.sliding import ALIKE, with_direction
 from evat.experiment.begin.understood import Answers, Question, SignalGuess
 from evat.experiment.begin.words import Meant
 from evat.experiment.document import CLOCK, TRIGGER
+from evat.experiment.remarks import unwrapped
 from evat.model import FloatArray, ParameterError
 from evat.native import kernel
 from evat.required_inputs import MOTION
@@ -59,6 +60,9 @@ class Signals(RecordedColumns):
             )
             if of:
                 table["from"] = "position"
+            if of and radial:
+                turn = math.tau / affine(unit, "rad")[0]
+                self.rows = {file: {**rows, column.header: unwrapped(rows[column.header], turn)} for file, rows in self.rows.items()}
             if radial:
                 table["radius"] = self.radius(f"{column.header!r} is in {unit}")
         self.signals.append(SignalGuess(MOTION, table, self.why(MOTION, column)))

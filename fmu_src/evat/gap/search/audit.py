@@ -93,7 +93,7 @@ def audit(prediction: Prediction, predicted: FloatArray, noise_sd: dict[str, flo
         if (
             signal is not None
             and signal.full_scale
-            and np.mean(np.abs(measured) >= CONSTANTS.saturation_level * signal.full_scale) > CONSTANTS.saturated_share
+            and np.mean(np.abs(measured - signal.offset) >= CONSTANTS.saturation_level * signal.full_scale) > CONSTANTS.saturated_share
         ):
             notes.append(f"{channel}: the sensor is at the end of its range ({signal.full_scale:g}); what lies beyond is cut off")
         error = float(np.sqrt(np.mean(numerical[places] ** 2)))
