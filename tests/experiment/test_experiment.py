@@ -791,6 +791,31 @@ def test_the_range_of_a_sensor_lies_about_its_offset_once_written_too(tmp_path: 
     assert [remark.text for remark in again.remarks] == [remark.text for remark in first.remarks]
 
 
+def test_an_offset_of_a_position_is_refused(tmp_path: Path) -> None:
+    """It changed nothing, without a word."""
+    toml = TOML.replace('column = "v"\nunit = "mm/s"', 'column = "v"\nunit = "mm"\nfrom = "position"\noffset = 0.02')
+    with pytest.raises(ExperimentError, match=r"slip_velocity.offset: 0.02, added to a position: that changes no velocity"):
+        read_experiment(folder(tmp_path / "rig", toml), MODEL)
+
+
+def test_a_mean_below_nothing_is_refused_by_its_row(tmp_path: Path) -> None:
+    """Of a record it is noise; a mean of -20 m/min was taken, and the model failed later, without a file or a row."""
+    at = means_folder(tmp_path / "means")
+    table = next(path for path in at.iterdir() if path.suffix == ".csv")
+    rows = table.read_text(encoding="utf-8").splitlines()
+    place = rows[0].split(",").index("cutting_speed [m/min]")
+    cells = rows[2].split(",")
+    cells[place] = "-20"
+    rows[2] = ",".join(cells)
+    table.write_text("\n".join(rows) + "\n", encoding="utf-8")
+    signal = '\n[signals.cutting_speed]\ncolumn = "cutting_speed [m/min]"\nunit = "m/min"\nrole = "input"\n'
+    for added in ("", signal):
+        document = at / "experiment.toml"
+        document.write_text(document.read_text(encoding="utf-8") + added, encoding="utf-8")
+        with pytest.raises(ExperimentError, match=r"data row 2: cutting_speed = -0.333"):
+            read_experiment(at, MODEL)
+
+
 def test_what_no_signal_describes_is_not_written(tmp_path: Path) -> None:
     times = np.array([0.0, 1.0])
     trial = Trial("a.csv", "c", {}, times, {"slip_velocity": times}, {"friction_force": times})

@@ -300,6 +300,12 @@ class _Reader(Checks):
             raise self.error(f"{where}.from", f"{shown(of)}; allowed is {POSITION!r}.")
         if of and (known is None or known.unit != "m/s"):
             raise self.error(f"{where}.from", f"{known.name if known else CLOCK} is no velocity; only a velocity is taken from a position.")
+        if of and table.get("offset"):
+            raise self.error(
+                f"{where}.offset",
+                f"{shown(table['offset'])}, added to a position: that changes no velocity. Remove it; how far the zero of a recorded "
+                f"motion may be off is setup_sd.{known.name if known else ''}.zero.",
+            )
         scale = table.get("scale")
         return {
             "sign": int(table.get("sign", 1)),

@@ -38,7 +38,9 @@ def read_means(document: Document, file: str, path: Path, model: Model) -> Means
     by_name = {variable.name: variable for variable in model.variables}
     columns = _columns(document, file, path, table, by_name)
     checked = {
-        column.name: column.checked(file, np.arange(1, 1 + table.columns[column.header].size), table.columns[column.header])
+        column.name: replace(column, never_negative=False).checked(  # a mean below 0 is no noise
+            file, np.arange(1, 1 + table.columns[column.header].size), table.columns[column.header]
+        )
         for column in columns
     }
     outputs = {name: column for name, column in checked.items() if name in by_name and by_name[name].causality == "output"}
