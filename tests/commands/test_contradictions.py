@@ -61,3 +61,17 @@ def test_a_friction_law_counts_beside_a_set(tmp_path: Path) -> None:
     done = evat("experiment", "init", ".", "-s", "lugre-1995", "-v", "friction_law=dahl", folder=tmp_path, columns=200)
     assert done.returncode == 0, done.stderr
     assert 'friction = "dahl"' in (tmp_path / "experiment.toml").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("named", [("-o", "evat.csv"), ("-o", "./evat.csv"), ()])
+def test_a_result_does_not_take_the_place_of_its_record(tmp_path: Path, named: tuple[str, ...]) -> None:
+    record = tmp_path / "evat.csv"
+    record.write_text("time [s],slip_velocity [m/s]\n0,0\n1,0.1\n", encoding="utf-8")
+    before = record.read_bytes()
+    for command in (("simulate",), ("system", "run", "stick_slip")):
+        to = named or (("-o", "evat.csv") if command[0] == "system" else ())
+        done = evat(*command, "-i", "evat.csv", *to, folder=tmp_path, columns=1000)
+        assert done.returncode == 2, done.stdout
+        assert "--input and --out are both evat.csv: the result would take the record's place; name another table" in done.stderr
+        assert record.read_bytes() == before
+    assert list(tmp_path.iterdir()) == [record]

@@ -12,7 +12,7 @@ from rich.table import Column
 from rich.text import Text
 
 from evat import parameter_sets
-from evat.commands.shared import Json, SpeedUnit, Values, one_of, only, picture_beside, print_json, typed_values
+from evat.commands.shared import Json, SpeedUnit, Values, keep_record, one_of, only, picture_beside, print_json, typed_values
 from evat.commands.tables import WholeTable
 from evat.console import err, out, printable
 from evat.model import Effect, Law, ParameterError, Variable, near_names
@@ -199,6 +199,7 @@ def simulate(
     if principle is not None:
         one_of(principle, kernel.variable("shear_angle_principle").choices, "shear-angle principle")
     beside = picture_beside(to)
+    keep_record(motion, to)
     if parameters is not None:
         parameter_set = parameter_sets.load(parameters, speed_unit=speed_unit)
         values, effects = dict(parameter_set.values), list(parameter_set.effects)

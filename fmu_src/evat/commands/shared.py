@@ -91,6 +91,12 @@ def picture_beside(table: Path) -> Path:
     return table.with_suffix(".png")
 
 
+def keep_record(record: Path | None, to: Path) -> None:
+    """ParameterError where a result would take the place of the record that it is made from."""
+    if record is not None and record.exists() and to.exists() and to.samefile(record):
+        raise ParameterError(f"--input and --out are both {to}: the result would take the record's place; name another table (--out).")
+
+
 def print_json(document: Any) -> None:
     """The answer of a command as JSON, the only thing on standard output; quiet or not."""
     try:

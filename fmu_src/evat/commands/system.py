@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from evat.commands.shared import Json, lines_done, picture_beside, print_json, seconds, share_done, typed_seconds
+from evat.commands.shared import Json, keep_record, lines_done, picture_beside, print_json, seconds, share_done, typed_seconds
 from evat.commands.statuses import FAILED, STOPPED
 from evat.commands.tables import WholeTable
 from evat.console import err, marked, out
@@ -91,7 +91,6 @@ def run(
     """
     from evat.files.table import write_trace
     from evat.files.writing import put
-    from evat.model import ParameterError
     from evat.plots.system import plot_run
     from evat.plots.system_page import page
     from evat.systems.couple import MEANS, NO_INPUTS, Coupled, means_of_last_half, plan
@@ -100,8 +99,7 @@ def run(
     from evat.systems.values import record as read_record
 
     beside, report = picture_beside(to), to.with_suffix(".html")
-    if record is not None and to.resolve() == record.resolve():
-        raise ParameterError(f"--input and --out are both {to}: the result would take the record's place; name another table (--out).")
+    keep_record(record, to)
     step_size, end = typed_seconds(step, "--step"), typed_seconds(stop, "--stop")
     with _archive(ssp) as file, temporary() as folder:
         system = read(file, folder)
