@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 from evat.constants import CONSTANTS
 from evat.gap import diagnose_with
+from evat.gap.report import explain
 from evat.inference.hypothesis import NOMINAL, Hypothesis
-from evat.model import FloatArray, Rival, Variable
+from evat.model import FloatArray, ParameterError, Rival, Variable
 from toy import Toy, measured
 
 HARDENING = Variable("law", "1", 0.0, 0.0, 1.0, "law of the spring", "toy", type="choice", choices=("linear", "hardening"))
@@ -77,3 +78,20 @@ def test_each_hypothesis_is_fitted_as_what_it_is_called() -> None:
     for hypothesis, fit in comparison.models.items():
         assert tuple(fit.on) == hypothesis.effects
         assert dict(fit.fixed) == ({"law": "hardening"} if hypothesis.law else {})
+    text = explain(comparison, answer, LAW)
+    assert "number 1 of" in text
+    assert "k = " in text
+    assert "setup." not in text  # errors of the set-up, which were fitted beside it, are no part of the law
+
+
+def test_a_law_that_was_not_tried_is_said_to_be_none_and_why() -> None:
+    """It was called unknown, after all the work."""
+    answer, comparison = diagnose_with(measured(noise=0.05), TwoLaws())
+    assert not any(on.law for on in comparison.models)
+    assert "It was not tried: the recalibrated model leaves 0." in explain(comparison, answer, LAW)
+    left = replace(comparison.recalibrated, likelihood=replace(comparison.recalibrated.likelihood, size=2 * CONSTANTS.laws_from))
+    assert "No fit with it was kept" in explain(replace(comparison, recalibrated=left), answer, LAW)
+    refused = replace(comparison, audit=replace(comparison.audit, refused=("9 samples",)))
+    assert "It was not tried: of these data nothing was judged, 9 samples." in explain(refused, answer, LAW)
+    with pytest.raises(ParameterError, match=f"no effect 'softening' to explain; .*{LAW}"):
+        explain(comparison, answer, "softening")

@@ -630,6 +630,7 @@ def test_the_command(outcome: tuple[Diagnosis, Comparison], tmp_path: Path, monk
     """From a folder to the three files; a place, an effect or an FMU that cannot be is refused before any work."""
     import evat.gap
     from evat.commands.main import app
+    from evat.gap import report
 
     asked = list[str]()
 
@@ -654,6 +655,9 @@ def test_the_command(outcome: tuple[Diagnosis, Comparison], tmp_path: Path, monk
     assert "sensor_gain: " in result.output
     assert f"caused by {EFFECT}" in " ".join(result.output.split())
     assert json.loads((tmp_path / "out" / "diagnosis.json").read_text(encoding="utf-8"))["made_by"]["seconds"] >= 0
+    with monkeypatch.context() as patched:  # what was written is told, also where nothing can be explained
+        patched.setattr(report, "explain", lambda *_: 1 / 0)
+        assert "diagnosis.json" in CliRunner().invoke(app, [*arguments, "--no-fmu", "--explain", "sensor_gain"]).output
     verdict = CliRunner().invoke(app, [*arguments, "--no-fmu", "--explain", "unknown"])
     assert verdict.exit_code == 0, verdict.output
     assert "unknown: this is not the verdict, which is effect." in verdict.output

@@ -95,10 +95,10 @@ def diagnose(
         out.print(text, highlight=False)
     if path is None and not no_fmu:
         err.print(marked("the FMU was not run:", "bold yellow", without))
-    if why:
-        out.print(explain_verdict(answer, why) if why in VERDICTS else explain(comparison, answer, why), highlight=False)
     for each in written:
         out.print(f"wrote {each}", highlight=False)
+    if why:
+        out.print(explain_verdict(answer, why) if why in VERDICTS else explain(comparison, answer, why), highlight=False)
 
 
 def _known(asked: str, model: Model) -> None:

@@ -24,11 +24,11 @@ def explain(comparison: Comparison, answer: Diagnosis, effect: str) -> str:
     """What the diagnosis has found out about one effect, as lines of text; ParameterError where there is none of that name."""
     prediction = comparison.prediction
     known = {each.name: each for each in prediction.model.effects}
-    laws = [hypothesis.law for hypothesis in comparison.models if hypothesis.law]
+    laws = [*(rival.name for rival in prediction.model.rival_laws(prediction.nominal)), *(on.law for on in comparison.models if on.law)]
     if effect not in known and effect not in laws:
         raise ParameterError(f"there is no effect {effect!r} to explain; there are {', '.join(dict.fromkeys([*known, *laws]))}.")
     if effect in laws:
-        return "\n".join([_standing(answer, effect), *_rank(comparison, effect), *_fits(comparison, answer, effect)])
+        return "\n".join([_standing(answer, effect), *_law(comparison, answer, effect)])
     asked, on = known[effect], prediction.experiment.nominal.effects
     lines = [f"{effect}: {asked.physics}", _standing(answer, effect)]
     if effect in on:
@@ -85,6 +85,21 @@ def _standing(answer: Diagnosis, effect: str) -> str:
     return f"{'Chosen' if chosen else 'Not chosen'}: probability {percent(inside)} that it acts. The verdict was: {sentence(answer)}"
 
 
+def _law(comparison: Comparison, answer: Diagnosis, law: str) -> list[str]:
+    """How another base law did, or why it was not tried."""
+    if any(law == on.law for on in comparison.models):
+        return [*_rank(comparison, law), *_fits(comparison, answer, law)]
+    if comparison.audit.refused:
+        return [f"It was not tried: of these data nothing was judged, {'; '.join(comparison.audit.refused)}."]
+    left = comparison.recalibrated.likelihood.size
+    if left < CONSTANTS.laws_from:
+        return [
+            f"It was not tried: the recalibrated model leaves {left:.1%} of the rms unexplained, and other base laws are tried from "
+            f"{CONSTANTS.laws_from:.1%} on."
+        ]
+    return ["No fit with it was kept: none came to an end, or it fell too far behind."]
+
+
 def _rank(comparison: Comparison, effect: str) -> list[str]:
     """Among effects alone, by the evidence as far as each was fitted."""
     base = comparison.recalibrated.likelihood.evidence
@@ -117,7 +132,7 @@ def _fits(comparison: Comparison, answer: Diagnosis, effect: str) -> list[str]:
         sizes = ", ".join(
             f"{name.removeprefix(f'{effect}.')} = {number(float(fit.values[name]))} +- {with_unit(sd[name], units[name], 2)}"
             for name in sd
-            if name in effects.get(effect, sd)
+            if name in units and name in effects.get(effect, sd)  # beside a law errors of the set-up are fitted, too
         )
         lines.append(
             f"{on}: leaves {percent(left)} of the structural gap, gains {number(fit.likelihood.evidence - base)}, "
