@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import subprocess
 import sys
@@ -45,6 +46,31 @@ def test_simulate_follows_a_file_of_slip(tmp_path: Path) -> None:
     force = read_table(tmp_path / "out.csv").column("friction_force [N]", "N")
     assert force[25] == pytest.approx(3)
     assert force[75] == pytest.approx(-3)
+
+
+@pytest.mark.parametrize(
+    ("more", "ended"),
+    [
+        ("--cycles 0.5", False),
+        ("--cycles 0.5 -v averaging_window=60us", False),
+        ("--cycles 1", True),
+        ("--cycles 0.5 -v averaging_window=20us", True),
+        ("--cycles 0.5 -v averaging=cycle", True),
+        ("-i motion.csv --law coulomb", True),
+        ("-i motion.csv --law coulomb -v averaging_window=2", False),
+    ],
+)
+def test_a_mean_of_no_window_is_none(tmp_path: Path, more: str, ended: bool) -> None:
+    """It was 0 N, which is what a contact in the air gives."""
+    (tmp_path / "motion.csv").write_text("time [s],slip_velocity [mm/s]\n0,1\n1,1\n", encoding="utf-8")
+    told = evat("simulate", *more.split(), "-o", "out.csv", folder=tmp_path, columns=1000)
+    assert told.returncode == 0, told.stderr
+    assert ("mean over the last window" in told.stdout) == ended
+    assert ("no averaging window has ended within " in told.stdout) != ended
+    means = json.loads(evat("simulate", *more.split(), "-o", "out.csv", "--json", folder=tmp_path).stdout)["mean"]
+    forces = [means[name]["value"] for name in ("mean_friction_force", "mean_principal_force")]
+    assert [force is not None and force != 0 for force in forces] == [ended] * 2
+    assert (means["mean_contact_ratio"]["value"] is None) != ended
 
 
 def test_without_a_command_they_are_listed(tmp_path: Path) -> None:

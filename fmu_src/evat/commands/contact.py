@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Annotated
 
@@ -184,7 +185,7 @@ def simulate(
         out.quiet = True
     from evat.files.table import read_table, write_trace
     from evat.files.text import RecordError
-    from evat.models.simulate import SHOWN
+    from evat.models.simulate import SHOWN, averaging_window
     from evat.models.simulate import simulate as run_contact
     from evat.plots.cycles import plot_trace
 
@@ -226,11 +227,17 @@ def simulate(
     out.print(f"wrote {write_trace(trace, to)}")
     picture = plot_trace(trace, beside, ("principal_force", "feed_force", "friction_force", "slip_velocity_used"), to.stem)
     out.print(f"wrote {picture}")
-    means = {name: float(trace[name][-1]) for name in SHOWN if name.startswith("mean_")}
+    window, length = averaging_window(values), float(trace.times[-1] - trace.times[0])
+    ended = length >= window * (1 - 1e-9)  # before that the component shows 0, which is no mean
+    means = {name: float(trace[name][-1]) if ended else math.nan for name in SHOWN if name.startswith("mean_")}
     summary = WholeTable("mean over the last window", "value")
     for name, mean in means.items():
         summary.add_row(name, display(mean, kernel.variable(name)))
-    out.print(summary)
+    if ended:
+        out.print(summary)
+    else:
+        todo = f"run on for at least {window:g} s, or give a shorter averaging_window"
+        out.print(f"no averaging window has ended within {length:g} s, so that there are no means: {todo}.", soft_wrap=True)
     if as_json:
         told = {name: {"value": mean, "unit": trace.units[name]} for name, mean in means.items()}
         print_json({"table": str(to), "picture": str(picture), "mean": told, "made_by": trace.made_by})

@@ -9,6 +9,7 @@ import numpy as np
 from evat.model import FloatArray, ParameterError, Run, Trace
 from evat.models.contact import ContactModel
 from evat.native import kernel
+from evat.required_inputs import KINEMATICS, MOTION
 
 SHOWN = (
     "principal_force",
@@ -41,6 +42,25 @@ def vibration_clock(cycles: float, frequency: float, samples_per_cycle: int = 20
         )
     count = max(2, round(cycles * samples_per_cycle) + 1)
     return np.arange(count, dtype=np.float64) / (samples_per_cycle * frequency)
+
+
+NO_WINDOW = 1e-9  # s, as in fmu_src/kernel/stages.h
+
+
+def averaging_window(values: Mapping[str, float | str]) -> float:
+    """Length of the window over which the component takes its means [s]; 0 where they need none: they are then of the moment, or of whole
+    cycles."""
+
+    def number(name: str) -> float:
+        known = kernel.variable(name)
+        return float(known.check(values.get(name, known.start)))
+
+    chosen = {name: kernel.variable(name).choices[int(number(name))] for name in ("averaging", KINEMATICS)}
+    if chosen["averaging"] == "cycle":
+        return 0.0
+    if number("averaging_window") >= NO_WINDOW:
+        return number("averaging_window")
+    return 0.0 if chosen[KINEMATICS] in kernel.variable(MOTION).required_with else 1 / number("vibration_frequency")
 
 
 def simulate(
