@@ -75,3 +75,36 @@ def test_a_result_does_not_take_the_place_of_its_record(tmp_path: Path, named: t
         assert "--input and --out are both evat.csv: the result would take the record's place; name another table" in done.stderr
         assert record.read_bytes() == before
     assert list(tmp_path.iterdir()) == [record]
+
+
+@pytest.mark.parametrize(
+    ("columns", "more", "said"),
+    [
+        ("time [s],slip_velocity [mm/s],slip_velocity [m/s]", "", "slip_velocity is there twice, as 'slip_velocity [mm/s]' and as"),
+        ("time [s],time [ms],slip_velocity [m/s]", "", "time is there twice, as 'time [s]' and as 'time [ms]'; keep one."),
+        (
+            "time [s],slip_velocity [m/s],uncut_thickness [m]",
+            "-v slip_velocity=3",
+            "slip_velocity is fed by the record motion.csv; a value for it would change nothing. Leave it out.",
+        ),
+    ],
+)
+def test_a_record_and_a_value_do_not_contradict_each_other(tmp_path: Path, columns: str, more: str, said: str) -> None:
+    """The last one counted, and nothing was said."""
+    (tmp_path / "motion.csv").write_text(f"{columns}\n0,0,1e-5\n1,2,3e-5\n", encoding="utf-8")
+    done = evat("simulate", "-i", "motion.csv", *more.split(), folder=tmp_path, columns=1000)
+    assert done.returncode != 0, done.stdout
+    assert said in done.stderr
+    assert [each.name for each in tmp_path.iterdir()] == ["motion.csv"]
+
+
+def test_a_value_of_what_is_swept_over_is_refused_but_beside_the_grid(systems: dict[str, Path], tmp_path: Path) -> None:
+    """It was hidden by the axis, and nothing was said."""
+    over = "system", "sweep", str(systems["stick_slip"]), "--stop", "2 ms", "--over"
+    for axis, value in (("guideway.F_C=1:2:2", "guideway.F_C=5"), ("guideway=lugre-1995,tribometer-5n", "guideway.sigma0=1 kN/m")):
+        done = evat(*over, axis, "-v", value, folder=tmp_path, columns=1000)
+        assert done.returncode == 2, done.stdout
+        assert f"{value.partition('=')[0]} is swept over, as {axis.partition('=')[0]}; a value for it would change nothing." in done.stderr
+        assert list(tmp_path.iterdir()) == []
+    done = evat(*over, "guideway.F_C=1:2:2", "--beside", "guideway.F_C=5", folder=tmp_path, columns=1000)
+    assert done.returncode == 0, done.stderr

@@ -183,7 +183,7 @@ def simulate(
     """
     if as_json:
         out.quiet = True
-    from evat.files.table import read_table, write_trace
+    from evat.files.table import once, read_table, write_trace
     from evat.files.text import RecordError
     from evat.models.simulate import SHOWN, averaging_window
     from evat.models.simulate import simulate as run_contact
@@ -206,13 +206,14 @@ def simulate(
         values, effects = dict(parameter_set.values), list(parameter_set.effects)
     options = {"friction_law": f"--law {law}"} if law is not None else {}
     options |= {"shear_angle_principle": f"--principle {principle}"} if principle is not None else {}
-    values |= typed_values(value, options | {name: f"--effect {name}" for name in effect or ()})
+    typed = typed_values(value, options | {name: f"--effect {name}" for name in effect or ()})
+    values |= typed
     effects += [name for name in effect or [] if name not in effects]
     values |= {name: choice for name, choice in (("friction_law", law), ("shear_angle_principle", principle)) if choice is not None}
     times, inputs = None, {}
     if motion is not None:
         table = read_table(motion)
-        headers = {header.partition("[")[0].strip(): header for header in table.columns}
+        headers = once(table.columns, motion.name)
         unknown = set(headers) - set(kernel.inputs()) - {"time"}
         if "time" not in headers or unknown:
             raise RecordError(
@@ -220,6 +221,8 @@ def simulate(
                 f"({', '.join(kernel.inputs())}), with a unit in brackets where it is not SI."
             )
         times = table.clock(headers.pop("time"))
+        if both := [name for name in headers if name in typed]:
+            raise ParameterError(f"{both[0]} is fed by the record {motion.name}; a value for it would change nothing. Leave it out.")
         inputs = {name: table.column(header, kernel.variable(name).unit) for name, header in headers.items()}
         if MOTION in inputs:
             values.setdefault(KINEMATICS, kernel.variable(MOTION).required_with[0])

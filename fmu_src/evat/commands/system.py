@@ -188,6 +188,7 @@ def sweep(
     with _archive(ssp) as file, temporary() as folder:
         system = read(file, folder)
         axes = tuple(sweeping.axis(system, text) for text in over)
+        sweeping.check_beside_axes(axes, typed(system, value or []))
         values = _values(system, value, sets)
         grids = [{}, typed(system, beside)] if beside else [{}]
         steps = plan(system, **wishes).count  # type: ignore[arg-type]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -77,6 +77,17 @@ class Table:
             row = int(np.argmax(steps <= 0)) + 1 if times.size > 1 else 0
             raise RecordError(f"{self.path.name}, column {header!r}, data row {row + 1}: the clock must increase from row to row.")
         return times
+
+
+def once(headers: Iterable[str], where: str) -> dict[str, str]:
+    """Headers by their names, without units; RecordError where two are of one name, of which only one could count."""
+    named = dict[str, str]()
+    for header in headers:
+        name = header.partition("[")[0].strip()
+        if name in named:
+            raise RecordError(f"{where}: {name} is there twice, as {named[name]!r} and as {header!r}; keep one.")
+        named[name] = header
+    return named
 
 
 def is_parquet(path: Path) -> bool:

@@ -212,6 +212,17 @@ def check_axes(axes: Sequence[SweepAxis]) -> None:
             raise ParameterError(f"the axis {later.label} sets all that {earlier.label} does, and would hide it: sweep over each once.")
 
 
+def check_beside_axes(axes: Sequence[SweepAxis], values: Values) -> None:
+    """ParameterError where an axis hides one of the values that stand at all points."""
+    for at in ((component, name) for component, of_component in values.items() for name in of_component):
+        for each in axes:
+            if all(at[1] in place.get(at[0], {}) for place in each.values):
+                raise ParameterError(
+                    f"{'.'.join(at)} is swept over, as {each.label}; a value for it would change nothing. Leave it out, or give it with "
+                    "--beside, which runs the grid once more with it."
+                )
+
+
 def _range(text: str, places: str, unit: str) -> list[str]:
     """The places of FIRST:LAST:COUNT in the SI unit; a unit behind LAST alone counts for both."""
     parts = [part.strip() for part in places.split(":")]
@@ -345,7 +356,9 @@ def sweep_system(
         if not axes:
             raise ParameterError(f"over is empty: name at least one axis; {EXAMPLE}.")
         of_sets = [of_work(system, name, which) for name, which in (sets or {}).items()]
-        held = merged(*of_sets, in_units(system, values or {}))
+        own = in_units(system, values or {})
+        check_beside_axes(axes, own)
+        held = merged(*of_sets, own)
         wishes = {"step": seconds(step, "step"), "stop": seconds(stop, "stop"), "order": order, "inputs": inputs}
         steps = plan(system, **wishes).count  # type: ignore[arg-type]
         workers = worth(math.prod(len(each.texts) for each in axes), steps)

@@ -11,7 +11,7 @@ import fmpy
 import numpy as np
 
 from evat import parameter_sets
-from evat.files.table import read_table
+from evat.files.table import once, read_table
 from evat.files.text import RecordError
 from evat.model import ParameterError, near_names, nearest
 from evat.native import kernel
@@ -130,12 +130,7 @@ def of_work(system: System, component: str, name: str) -> dict[str, dict[str, Va
 def record(system: System, path: Path) -> Given:
     """Inputs from a table with a column `time` and columns COMPONENT.VARIABLE, units in brackets where they are not SI."""
     table = read_table(path)
-    headers = dict[str, str]()
-    for header in table.columns:
-        name = header.partition("[")[0].strip()
-        if name in headers:
-            raise RecordError(f"{path.name}: {name} is there twice, as {headers[name]!r} and as {header!r}; keep one.")
-        headers[name] = header
+    headers = once(table.columns, path.name)
     if "time" not in headers or len(headers) < 2:
         raise RecordError(
             f"{path.name}: columns {', '.join(map(repr, table.columns))}; needed are 'time' and inputs as COMPONENT.VARIABLE."
