@@ -12,6 +12,10 @@ from evat import parameter_sets
 from evat.native import kernel
 from evat.systems.couple import Given
 from evat.systems.declared import load
+from evat.systems.model import SspError
+from evat.systems.run import run_system
+from evat.systems.ssp.read import read
+from evat.systems.values import from_set
 from scipy.interpolate import CubicSpline
 from scipy.io import loadmat
 
@@ -54,6 +58,28 @@ FREE = {
     "drive": {"table_position": 0.1},
     "path": {"speed": 0.0},
 }
+
+
+def test_a_set_of_the_contact_goes_to_a_part_of_it_as_far_as_that_goes(systems: dict[str, Path], tmp_path: Path) -> None:
+    """A guideway has few of the contact's effects. Any set was refused for switches of the others, which it leaves off."""
+    system, named = read(systems["stick_slip"], tmp_path), parameter_sets.load("lugre-1995").by_choice
+    assert from_set(system, "guideway", "lugre-1995") == {"load_dependence": False, **named}
+    by_set, by_value = (
+        run_system(systems["stick_slip"], stop=0.05, **given)  # type: ignore[arg-type]
+        for given in ({"sets": {"guideway": "lugre-1995"}}, {"values": {"guideway": named}})
+    )
+    assert by_set["guideway.friction_force"].tobytes() == by_value["guideway.friction_force"].tobytes()
+    with pytest.raises(SspError, match=r"copper switches on thermal_softening, thermal_damping, which .*guideway \(Evat"):
+        from_set(system, "guideway", "regularised/copper")
+    for reference, said in (("1 m/min", ""), ("2 m/min", "gives theta_ref, which the FMU of component guideway")):
+        speed, unit = reference.split()
+        own = f'base = "lugre-1995"\n[values]\ntheta_ref = {{ value = {speed}, unit = "{unit}" }}\n'
+        (tmp_path / "mine.toml").write_text(own, encoding="utf-8")
+        if said:
+            with pytest.raises(SspError, match=said):
+                from_set(system, "guideway", str(tmp_path / "mine.toml"))
+        else:
+            assert from_set(system, "guideway", str(tmp_path / "mine.toml")) == {"load_dependence": False, **named}
 
 
 def test_without_friction_a_block_on_a_spring_keeps_its_energy(systems: dict[str, Path]) -> None:

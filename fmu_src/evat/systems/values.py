@@ -107,10 +107,21 @@ def from_set(system: System, component: str, name: str) -> dict[str, Value]:
         known = _variables(system.components[component].source)
         return values_of(path, {each: unit(system, (component, each)) for each in known})
     parameter_set = parameter_sets.load(name)
-    if "friction_law" not in _variables(system.components[component].source):
+    known = _variables(system.components[component].source)
+    if "friction_law" not in known:
         raise SspError(f"the set {name} is of the contact, and component {component} is none.")
-    every = {effect.name: effect.name in parameter_set.effects for effect in kernel.effects()}
-    return {**every, **parameter_set.by_choice}
+    switches = {effect.name: effect.name in parameter_set.effects for effect in kernel.effects()}
+    given = {**switches, **parameter_set.by_choice}
+    at_start = {**dict.fromkeys(switches, False), **kernel.by_choice({key: kernel.variable(key).start for key in parameter_set.values})}
+    # An FMU that shows a part of the contact has the rest as it starts: only what stands there may be left out.
+    lacking = [key for key, wanted in given.items() if key not in known and wanted != at_start[key]]
+    if on := [key for key in lacking if key in switches] or lacking:
+        does, fmu = "switches on" if on[0] in switches else "gives", system.components[component].source.name
+        raise SspError(
+            f"the set {name} {does} {', '.join(on)}, which the FMU of component {component} ({fmu}) does not have; take "
+            "another set, or a component that has it."
+        )
+    return {key: wanted for key, wanted in given.items() if key in known}
 
 
 def of_work(system: System, component: str, name: str) -> dict[str, dict[str, Value]]:
