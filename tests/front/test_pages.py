@@ -10,6 +10,7 @@ import evat
 import pandas as pd
 import pytest
 from browser import check_layout
+from command_line import evat as command
 from evat import fmu
 from evat.commands.main import app
 from evat.experiment.read import scan_experiment
@@ -133,6 +134,25 @@ def test_the_page_of_a_system_says_what_was_run(of_a_system: Path) -> None:
     named = [link.get("href") for link in page.iter("a") if not link.get("href").startswith("#")]
     assert sorted(named) == ["creep.csv", "creep.html", "creep.png"]
     assert all((of_a_system.parent / name).is_file() for name in named)
+
+
+def test_the_page_of_a_run_by_a_record_says_what_the_record_feeds_and_where_it_ends(systems: dict[str, Path], tmp_path: Path) -> None:
+    """The command said both, the page neither; and a step longer than the run was told as it was asked for."""
+    (tmp_path / "load.csv").write_text("time [s],drive.load_force [N]\n0,0\n1,-1\n", encoding="utf-8")
+    to = tmp_path / "pushed.csv"
+    ran = ("system", "run", str(systems["stick_slip"]), "-i", str(tmp_path / "load.csv"), "--step", "5 s", "--stop", "2 s")
+    pushed = command(*ran, "-o", str(to), folder=tmp_path, columns=1000)
+    assert pushed.returncode == 0, pushed.stderr
+    page = html.fromstring(to.with_suffix(".html").read_bytes())
+    note = "the record of drive.load_force ends at 1 s: from there on its last values are held"
+    assert note in pushed.stderr
+    assert note in [each.text_content() for each in page.iter("li")]
+    (components,) = (table for table in page.iter("table") if "what feeds them" in table[0].text_content())
+    inputs = {row[0].text_content(): row[3].text_content() for row in components.iter("tr")}
+    assert inputs["drive"].endswith("position_reference: path.position_x, load_force: the record")
+    assert (inputs["path"], inputs["guideway"]) == ("none", "slip_velocity: drive.table_velocity")
+    assert "ran from 0 to 2 s in steps of 2 s." in page.text_content()
+    assert "communication step 2.0 s, 1 steps" in page.text_content()
 
 
 def test_the_page_of_a_system_fits_screen_phone_and_paper(of_a_system: Path) -> None:

@@ -124,7 +124,7 @@ def run(
     out.print(f"wrote {picture}{f'; {untold}' if untold else ''}", soft_wrap=True)
     files = {to.name: "all signals", beside.name: "the picture", report.name: "this page"}
     out.print(f"wrote {put(report, page(coupled, trace, power, wanted, files, picture, untold), 'the page')}", soft_wrap=True)
-    for line in power.advice(wanted.step, 2 if inputs == "linear" else 1):
+    for line in power.advice(wanted.longest, 2 if inputs == "linear" else 1):
         out.print(line, soft_wrap=True)
     if as_json:
         means = {name: {"value": mean, "unit": trace.units[name]} for name, mean in means_of_last_half(trace).items()}

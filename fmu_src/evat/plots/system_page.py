@@ -26,11 +26,12 @@ def page(coupled: Coupled, trace: Trace, power: Power, plan: Plan, files: Mappin
         "system.html.j2",
         system=coupled.system,
         headline=_headline(coupled, trace, power, plan),
-        notes=coupled.notes,
+        notes=(*coupled.notes, *coupled.given.beyond(plan)),
         signals=[_signal(name, trace.units[name], column, means[name]) for name, column in trace.columns.items()],
         bonds=bonds,
         allowed=ALLOWED,
         values={member.name: [_given(member, *item) for item in coupled.values[member.name].items()] for member in coupled.members},
+        feeds={member.name: _feeds(coupled, member.name) for member in coupled.members},
         plan=plan,
         picture=inline(picture.read_bytes()),
         narrow=inline(narrow_run(trace)),
@@ -41,9 +42,9 @@ def page(coupled: Coupled, trace: Trace, power: Power, plan: Plan, files: Mappin
 
 def _headline(coupled: Coupled, trace: Trace, power: Power, plan: Plan) -> Headline:
     """Whether the coupling can be believed; without a bond nobody has looked."""
-    advice = power.advice(plan.step, 2 if plan.inputs == "linear" else 1)
+    advice = power.advice(plan.longest, 2 if plan.inputs == "linear" else 1)
     shares = [moved / passed if passed > 0 else 0.0 for passed, _, moved in power.shares().values()]
-    ran = f"{coupled.system.title} ran from {trace.times[0]:g} to {trace.times[-1]:g} s in steps of {plan.step:g} s."
+    ran = f"{coupled.system.title} ran from {trace.times[0]:g} to {trace.times[-1]:g} s in steps of {plan.longest:g} s."
     if not shares:
         return Headline("ran", "note", ran, reasons=("no bond of force and velocity joins the components: no balance of power was kept",))
     if not any(passed > 0 for passed, _, _ in power.shares().values()):
@@ -60,6 +61,12 @@ def _given(member: SystemMember, name: str, value: float | str | bool) -> str:
     unit = unit_of(member.driver.variables[name]) if name in member.driver.variables else "1"
     text = f"{value:.6g}" if isinstance(value, (int, float)) and not isinstance(value, bool) else str(value)
     return f"{name} = {text}" + ("" if unit == "1" else f" {unit}")
+
+
+def _feeds(coupled: Coupled, component: str) -> list[str]:
+    """Each input of a component that is fed, and by what: another component, or the record."""
+    connected = [f"{to[1]}: {'.'.join(at)}" for to, at in coupled.system.connections.items() if to[0] == component]
+    return [*connected, *(f"{at[1]}: the record" for at in coupled.given.ports if at[0] == component)]
 
 
 def _bond(name: str, passed: float, made: float, moved: float) -> dict[str, object]:

@@ -45,6 +45,11 @@ class Plan:
         """Steps in all; the last one may be shorter."""
         return max(1, int(np.ceil((self.stop - self.start) / self.step * (1 - 1e-9))))
 
+    @property
+    def longest(self) -> float:
+        """The longest step that is made [s]: that of the plan, unless the run is shorter."""
+        return min(self.step, self.stop - self.start)
+
     def ends(self, steps: NDArray[np.int64]) -> FloatArray:
         """Ends of these steps, counted from 1 [s]; of 0 the start."""
         return np.where(steps == self.count, self.stop, self.start + steps * self.step)
@@ -321,7 +326,7 @@ class Coupled:
         columns = {".".join(at): table[place, :kept] for place, at in enumerate(names)}
         about: dict[str, str | float | Mapping[str, float | str]] = {
             "system": self.system.name,
-            "step": plan.step,
+            "step": plan.longest,
             "order": plan.order,
             "inputs": plan.inputs,
         }
