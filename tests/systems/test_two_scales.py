@@ -73,6 +73,13 @@ def test_what_cannot_be_compared(systems: dict[str, Path], turning: System, tmp_
     for wrong in ({"step": 1.5e-6}, {"step": -1.0}, {"step": float("nan")}, {"step": 1e-3, "stop": 1e-3}):
         with pytest.raises(ParameterError, match="whole multiple of the fine step"):
             compare(turning, **{"stop": 0.01, **wrong})
+    for stop, near in (
+        (2.51e-3, "0.002 s or 0.003 s"),
+        (2.49e-3, "0.002 s or 0.003 s"),
+        (1.6e-3, "0.002 s"),
+    ):
+        with pytest.raises(ParameterError, match=f"a stop at {stop:g} s is no whole number of steps of 0.001 s .*: stop at {near}, or"):
+            compare(turning, step=1e-3, stop=stop)
     with pytest.raises(SspError, match=r"0 of its components .* have a choice 'averaging'"):
         compare(read(systems["stick_slip"], tmp_path), step=1e-2, stop=0.1)
 

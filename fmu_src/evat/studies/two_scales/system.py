@@ -88,7 +88,15 @@ def compare(
             f"a step of {step:g} s against one of {resolved.step:g} s over {resolved.stop - resolved.start:g} s: at least 2 steps are "
             "needed, and they must be a whole multiple of the fine step."
         )
-    count = round((resolved.stop - resolved.start) / step)
+    length = resolved.stop - resolved.start
+    count = round(length / step)
+    if abs(count * step / length - 1) > 1e-9:
+        before = int(length / step)
+        near = " or ".join(f"{resolved.start + whole * step:.9g} s" for whole in (before, before + 1) if whole >= 2)
+        raise ParameterError(
+            f"a stop at {resolved.stop:.9g} s is no whole number of steps of {step:g} s from {resolved.start:g} s on, and both runs are "
+            f"compared at the ends of the steps: stop at {near}, or take another step."
+        )
     plans = {
         "resolved": replace(resolved, stop=resolved.start + count * step, every=every),
         "cycle": Plan(step, resolved.start, resolved.start + count * step),
