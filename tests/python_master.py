@@ -101,7 +101,7 @@ class PythonMaster:
             for bond, f, v in self.bonds:
                 one = work(before[f], then[f], before[v], seen[bond.force[0], v]) * step
                 other = work(before[f], seen[bond.velocity[0], f], before[v], then[v]) * step
-                energies[".".join(bond.force)] += (abs(other), other - one, abs(other - one))
+                energies[".".join(bond.force)] += (abs(other), (one - other) if bond.against else (other - one), abs(other - one))
             y[:] = then
             self.settle()
             if plan.inputs == "linear":

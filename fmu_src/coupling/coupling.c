@@ -146,7 +146,7 @@ static void add_power(struct Coupling *c, double step)
         const double f_0 = c->signals[b->force], v_0 = c->signals[b->velocity];
         const double one = work(f_0, b->force_sent, v_0, b->velocity_received) * step;
         const double other = work(f_0, b->force_received, v_0, b->velocity_sent) * step;
-        b->made += other - one;
+        b->made += b->against ? one - other : other - one; /* what is taken less what is given */
         b->moved += fabs(other - one);
         b->passed += fabs(other);
     }

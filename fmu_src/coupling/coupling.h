@@ -54,6 +54,7 @@ struct Member {
 struct Bond {
     int force, velocity;           /* among the signals */
     int force_side, velocity_side; /* members that show them */
+    int against; /* the force acts against the motion: the side of the velocity gives the power */
     int velocity_input, force_input; /* where these see the other's, among their inputs; -1: nowhere */
     double velocity_received, force_received, force_sent, velocity_sent; /* at the end of the step */
     double passed, made, moved; /* energy that passed, that the coupling made, and what each step made or lost [J] */

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import lugre_1995 as published
@@ -10,9 +11,9 @@ import pytest
 from coupled import motion, order, run
 from evat import parameter_sets
 from evat.native import kernel
-from evat.systems.couple import Given
+from evat.systems.couple import Coupled, Given, plan
 from evat.systems.declared import load
-from evat.systems.model import SspError
+from evat.systems.model import Connector, SspError
 from evat.systems.run import run_system
 from evat.systems.ssp.read import read
 from evat.systems.values import from_set
@@ -117,6 +118,30 @@ def test_the_power_balance_sees_a_step_that_is_too_long(systems: dict[str, Path]
     shares = [moved / passed for (passed, _, moved) in (*fine.shares().values(), *coarse.shares().values())]
     assert shares[1] > 5 * shares[0]
     assert "take steps of" not in fine.advice(1e-3, 1)[0]
+
+
+@pytest.mark.parametrize(("inputs", "alike"), [("constant", 0.01), ("linear", 0.25)])
+def test_what_the_coupling_made_is_what_the_books_of_the_components_lack(
+    systems: dict[str, Path], tmp_path: Path, inputs: str, alike: float
+) -> None:
+    """A table of 1 kg that 1 N pushes over a viscous guideway: what it has and what the guideway took up is the work of the push, but for
+    what the coupling made. It was told with the other sign. Held inputs lose ten times what those that are continued make."""
+    system = read(systems["stick_slip"], tmp_path)
+    guideway = system.components["guideway"]
+    shown = {**guideway.connectors, "dissipated_energy": Connector("dissipated_energy", "output", "J")}
+    system = replace(system, components={**system.components, "guideway": replace(guideway, connectors=shown)})
+    values = {
+        "drive": {"pid_gain": 0.0, "load_force": -1.0},
+        "guideway": {"F_C": 1e-6, "F_S": 1e-6, "sigma0": 1e5, "sigma1": 1.0, "sigma2": 5.0},
+    }
+    with Coupled(system, values) as coupled:
+        trace, power = coupled.run(plan(system, 0.02, 1.0, inputs=inputs))  # type: ignore[arg-type]
+    ((_, made, _),) = power.shares().values()
+    kinetic, work = 0.5 * trace["drive.table_velocity"][-1] ** 2, trace["drive.table_position"][-1]
+    lacking = kinetic + trace["guideway.dissipated_energy"][-1] - work
+    assert made == pytest.approx(lacking, rel=alike)
+    assert (made < 0) == (inputs == "constant")
+    assert abs(made) > 5e-5
 
 
 def circle(systems: dict[str, Path]) -> tuple[np.ndarray, np.ndarray]:

@@ -336,6 +336,11 @@ def test_values_come_in_the_unit_of_the_fmu(
     assert from_set(system, "drive", str(tmp_path / "mine.ssv"))["table_mass"] == pytest.approx(wanted, rel=1e-15)
 
 
+def test_a_bond_that_says_neither_way_of_its_force(remade: Callable[..., Path], tmp_path: Path) -> None:
+    refused(remade({}, {'against="true"': 'against="yes"'}), tmp_path, "against = 'yes' of a bond; allowed are true and false")
+    assert not read(remade({}, {' against="true"': ""}), tmp_path / "in").bonds[0].against
+
+
 def test_a_unit_that_does_not_match(remade: Callable[..., Path], tmp_path: Path) -> None:
     """What the connector says must be what the FMU says; and both ends of a connection must agree."""
     connector = '<ssd:Connector name="slip_velocity" kind="input">\n            <ssc:Real unit="m'

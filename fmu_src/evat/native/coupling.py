@@ -79,12 +79,14 @@ class CoupledFmu:
 
 @dataclass(frozen=True)
 class Ends:
-    """Of a bond: its force and its velocity by their places among the signals, and which members show them."""
+    """Of a bond: its force and its velocity by their places among the signals, and which members show them; whether the force acts against
+    the motion."""
 
     force: int
     velocity: int
     force_side: int
     velocity_side: int
+    against: bool = False
 
 
 class Coupling:
@@ -126,7 +128,7 @@ class Coupling:
         c.bonds = self._new("struct Bond[]", len(bonds))
         for kept, bond in zip(c.bonds[0 : len(bonds)], bonds, strict=True):
             kept.force, kept.velocity = bond.force, bond.velocity
-            kept.force_side, kept.velocity_side = bond.force_side, bond.velocity_side
+            kept.force_side, kept.velocity_side, kept.against = bond.force_side, bond.velocity_side, bond.against
             kept.velocity_input, kept.force_input = (
                 list(sources[side]).index(seen) if seen in sources[side] else -1
                 for side, seen in ((bond.force_side, bond.velocity), (bond.velocity_side, bond.force))

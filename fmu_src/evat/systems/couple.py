@@ -306,7 +306,8 @@ class Coupled:
 
     def _bond(self, bond: Bond) -> Ends:
         names = [member.name for member in self.members]
-        return Ends(self.signals[bond.force], self.signals[bond.velocity], names.index(bond.force[0]), names.index(bond.velocity[0]))
+        sides = names.index(bond.force[0]), names.index(bond.velocity[0])
+        return Ends(self.signals[bond.force], self.signals[bond.velocity], *sides, bond.against)
 
     def _failed(self, doing: str, failed: CallFailed | NotFinite | NotSettled) -> _Failed:
         if isinstance(failed, NotSettled):

@@ -16,6 +16,7 @@ from evat.paper.work_materials import constants
 from evat.systems.model import Bond, Port, SspError, port
 
 KEYS = {"title", "stop_time", "step", "step_of_held_inputs", "every", "inputs", "show", "components", "connections", "bonds"}
+BOND_KEYS = {"force", "velocity", "against"}
 PART_KEYS = {"part", "set", "work", "values"}
 
 
@@ -85,7 +86,7 @@ def load(name: str) -> Declared:
     _only(table, KEYS, where)
     parts = {key: _part(key, entry, f"{where}, component {key}") for key, entry in table["components"].items()}
     connections = {port(to, where): port(at, where) for to, at in table["connections"].items()}
-    bonds = tuple(Bond(port(bond["force"], where), port(bond["velocity"], where)) for bond in table.get("bonds", []))
+    bonds = tuple(_bond(bond, where) for bond in table.get("bonds", []))
     show, inputs = (tuple(port(text, where) for text in table.get(key, ())) for key in ("show", "inputs"))
     step, every = table["step"], table.get("every", 1)
     held = table.get("step_of_held_inputs", step)
@@ -97,6 +98,11 @@ def load(name: str) -> Declared:
 def _only(table: Mapping[str, Any], keys: set[str], where: str) -> None:
     if unknown := sorted(table.keys() - keys):
         raise SspError(f"{where}: unknown {', '.join(unknown)}; allowed are {', '.join(sorted(keys))}.")
+
+
+def _bond(entry: Mapping[str, Any], where: str) -> Bond:
+    _only(entry, BOND_KEYS, f"{where}, bond of {entry.get('force')}")
+    return Bond(port(entry["force"], where), port(entry["velocity"], where), entry.get("against", False))
 
 
 def _part(name: str, entry: Mapping[str, Any], where: str) -> Part:

@@ -72,10 +72,12 @@ class Component:
 
 @dataclass(frozen=True, slots=True)
 class Bond:
-    """A force and a velocity that go opposite ways between the same two components: their product is a power."""
+    """A force and a velocity that go opposite ways between the same two components: their product is a power, which the side of the force
+    gives; where the force acts `against` the motion, as friction does, that of the velocity."""
 
     force: Port
     velocity: Port
+    against: bool = False
 
 
 @dataclass(frozen=True, slots=True)

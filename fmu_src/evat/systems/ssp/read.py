@@ -184,10 +184,18 @@ def _bonds(about: Any, connections: Mapping[Port, Port], what: str) -> tuple[Bon
     if about is None:
         return ()
     bonds = tuple(
-        Bond(port(bond.get("force", ""), what), port(bond.get("velocity", ""), what)) for bond in about.iterfind("about:bond", NAMESPACES)
+        Bond(port(bond.get("force", ""), what), port(bond.get("velocity", ""), what), _against(bond, what))
+        for bond in about.iterfind("about:bond", NAMESPACES)
     )
     for bond in bonds:
         for at in (bond.force, bond.velocity):
             if at not in connections.values():
                 raise SspError(f"{what}: {'.'.join(at)} of a bond feeds no input.")
     return bonds
+
+
+def _against(bond: Any, what: str) -> bool:
+    text = bond.get("against", "false")
+    if text not in ("true", "false"):
+        raise SspError(f"{what}: against = {text!r} of a bond; allowed are true and false.")
+    return bool(text == "true")

@@ -70,7 +70,8 @@ def add_annotations(parent: Element, declared: Declared) -> None:
         {"step": declared.step, "every": declared.every},
     )
     for bond in declared.bonds:
-        add(ours, f"{{{ABOUT}}}bond", {"force": ".".join(bond.force), "velocity": ".".join(bond.velocity)})
+        ends = {"force": ".".join(bond.force), "velocity": ".".join(bond.velocity)}
+        add(ours, f"{{{ABOUT}}}bond", ends | ({"against": "true"} if bond.against else {}))
 
 
 def structure(declared: Declared) -> bytes:
