@@ -206,6 +206,9 @@ class _Constants(ConstantTable):
     largest_lag = Constant(0.25, "of a recording", "by which repeats may be out of step", high=0.5)
     lag_tie = Constant(0.1, "of the least mean square", "by which motions that are so many samples apart may agree less and are as likely")
     lag_rounding = Constant(1e-9, "of the mean square", "below which motions are the same", origin="derived", source="rounding of sums")
+    as_much_compared = Constant(
+        0.9, "of the samples", "that repeats share in another way: of such ways that in which they agree best", source="numerical tolerance"
+    )
     in_step = Constant(0.02, "of the rms", "by which repeats that follow one motion differ at most once they are in step")
     perturbation_seed = Constant(20240301, "1", "of the noise by which inputs are perturbed")
     alike_cycles = Constant(1e-3, "of an input's variance", "cycles that differ by less are the same cycle", source="numerical tolerance")

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from evat.gap.search import nested
+from evat.gap.search import nested, recalibration
 from evat.inference.hypothesis import Hypothesis
 from evat.model import FloatArray
 
@@ -17,9 +17,14 @@ AMPLITUDE, SHAPE = (
     SimpleNamespace(name="a.length", neutral=float("nan")),
 )
 PREDICTION: Any = SimpleNamespace(
-    model=SimpleNamespace(effects=[SimpleNamespace(name="a", variables=[AMPLITUDE, SHAPE])]), setup_names=frozenset[str]()
+    model=SimpleNamespace(effects=[SimpleNamespace(name="a", variables=[AMPLITUDE, SHAPE])]), setup_names=frozenset[str](), experiment=None
 )
 LEVEL = SimpleNamespace(name="F_C")
+
+
+@pytest.fixture(autouse=True)
+def stated(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(recalibration, "nominal_parameters", lambda *_: (LEVEL,))
 
 
 def model(log: float, point: Sequence[float], names: Sequence[str], on: tuple[str, ...] = ()) -> Any:

@@ -178,7 +178,9 @@ def in_step(trials: Sequence[Trial]) -> list[tuple[int, IntArray]]:
     ordered = [trials[place] for place in order]
     kept = _by_clock(ordered)
     if trials[0].inputs:  # what lacks samples has one lag before the gap and another behind it
-        kept = max(kept, _by_lag(ordered), key=lambda kept: (_compared(kept), -_apart(ordered, kept)))
+        both = kept, _by_lag(ordered)
+        most = max(map(_compared, both))
+        kept = min((each for each in both if _compared(each) >= CONSTANTS.as_much_compared * most), key=lambda kept: _apart(ordered, kept))
     return sorted(((order[place], at) for place, at in kept), key=lambda each: each[0])
 
 
