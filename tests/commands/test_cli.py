@@ -16,6 +16,8 @@ from evat import parameter_sets
 from evat.commands import main
 from evat.commands.main import app
 from evat.files.table import read_table
+from evat.models.simulate import NO_WINDOW
+from evat.native.compile import source_root
 from typer.testing import CliRunner
 
 
@@ -46,6 +48,11 @@ def test_simulate_follows_a_file_of_slip(tmp_path: Path) -> None:
     force = read_table(tmp_path / "out.csv").column("friction_force [N]", "N")
     assert force[25] == pytest.approx(3)
     assert force[75] == pytest.approx(-3)
+
+
+def test_a_window_that_counts_as_none_is_that_of_the_kernel() -> None:
+    (length,) = re.findall(r"#define NO_WINDOW (\S+)", (source_root() / "kernel" / "stages.h").read_text(encoding="utf-8"))
+    assert float(length) == NO_WINDOW
 
 
 @pytest.mark.parametrize(

@@ -35,8 +35,7 @@ def replayed(comparison: Comparison, fit: Fit, set_up: bool = False) -> FloatArr
     if set_up:
         values = {name: value for name, value in fit.values.items() if name not in prediction.form_names - prediction.setup_names}
         # As it was fitted: at rest, next to nothing of the zero of a speed that is as likely of either sign turns the friction round.
-        own = [each for each in prediction.linearised if each.parameter.name in prediction.setup_names]
-        return prediction.linearise(own).one(values, fit.on)
+        return prediction.running_the_law().one(values, fit.on)
     beside = prediction.setup_names | prediction.form_names
     values = {name: value for name, value in fit.values.items() if name not in beside and OWN not in name}
     return prediction.linearise(()).sampled_at({}).starting({}, None).one(values, fit.on)

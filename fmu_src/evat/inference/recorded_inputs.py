@@ -59,8 +59,9 @@ def smoothed_inputs(experiment: Experiment) -> RecordedInputs:
             inputs[name] = smoothed(rows.mean(axis=0), left)
             perturbed[name] = smoothed(inputs[name] + left * draw.normal(size=rows.shape[1]) * (inputs[name] != 0), left)
         inertia = _inertia_beyond(experiment, places, inputs.get(MOTION), draw)
-        leads = _lead_ins([experiment.trials[place] for place in places]) if noisy else []
-        for place, lead in zip(places, leads, strict=False):
+        if not noisy:
+            continue
+        for place, lead in zip(places, _lead_ins([experiment.trials[place] for place in places]), strict=True):
             trial = experiment.trials[place]
             smooth[place] = replace(trial, inputs=inputs, times=first.times, lead_in=lead)
             outputs = dict(trial.outputs)

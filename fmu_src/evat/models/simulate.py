@@ -44,7 +44,7 @@ def vibration_clock(cycles: float, frequency: float, samples_per_cycle: int = 20
     return np.arange(count, dtype=np.float64) / (samples_per_cycle * frequency)
 
 
-NO_WINDOW = 1e-9  # s, as in fmu_src/kernel/stages.h
+NO_WINDOW = 1e-9  # s, that of fmu_src/kernel/stages.h: an averaging window that is shorter is none
 
 
 def averaging_window(values: Mapping[str, float | str]) -> float:
