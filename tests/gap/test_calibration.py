@@ -57,7 +57,7 @@ def _features(
         (_features(0.01, {"a": (-2, 1.0)}, exact=-500, before=30), MISTUNED, ()),
         (_features(30, {"a": (300, 0.01), "b": (40, 0.8)}, exact=-50), "effect", ("a",)),
         (_features(12, {"a": (9, 0.01)}, exact=-500, before=30), "effect", ("a",)),
-        (_features(12, {"a": (9, 0.01)}, exact=-500, before=30, unsure=9), MISTUNED, ()),
+        (_features(12, {"a": (9, 0.01)}, exact=-500, before=30, unsure=30), MISTUNED, ()),
         (_features(30, {"a": (300, 0.01), "b": (299, 0.01)}, exact=-50), "ambiguous", ("a",)),
         (_features(30, {"a": (3, 0.97), "b": (1, 0.99)}, exact=-50), UNKNOWN, ()),
         (_features(30, {"a": (3, 0.4), "b": (1, 0.6)}, exact=-50), UNKNOWN, ()),

@@ -96,9 +96,21 @@ def test_an_effect_stands_out_among_what_the_library_knows() -> None:
     assert a < 0.55 < a / structural
     assert (judgement.verdict, judgement.chosen) == ("effect", Hypothesis(("a",)))
     assert told(judgement)["one_stands_out"].threshold == pytest.approx(0.55 * (structural - judgement.unknown))
-    small = judge(features(2, {"a": (38, 0.05), "b": (32, 0.05)}, exact=-50), Constants())  # as far before b, but less likely than nothing
+    small = judge(
+        features(0.6, {"a": (38, 0.05), "b": (32, 0.05)}, exact=-50), Constants()
+    )  # as far before b, but less likely than nothing
     assert small.probabilities[Hypothesis(("a",))] > 0.55 * (1 - small.probabilities[NOMINAL])
-    assert small.verdict == "ambiguous"
+    assert small.verdict == "mistuned"
+
+
+def test_many_that_are_unlikely_are_no_reason_to_name_one() -> None:
+    """Six effects of a tenth each were named `ambiguous`, the first of them told, where nothing at all was three times as likely as it."""
+    judgement = judge(features(2, {name: (12, 0.3) for name in "abcdef"}, exact=-50), Constants())
+    none, each = judgement.probabilities[NOMINAL], judgement.probabilities[Hypothesis(("a",))]
+    assert 6 * each > none > each
+    assert judgement.verdict == "mistuned"
+    asked = told(judgement)["effects_over_none"]
+    assert (asked.value, asked.threshold, asked.passed) == (pytest.approx(each), pytest.approx(none), False)
 
 
 @pytest.mark.parametrize(

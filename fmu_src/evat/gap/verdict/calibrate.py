@@ -22,6 +22,8 @@ from evat.model import FloatArray
 
 BY_HYPOTHESIS = tuple(each.name for each in fields(Features) if "Hypothesis" in str(each.type))  # features that each hypothesis has
 POSITIVE = {field.name for field in fields(Constants)} - {"gap_offset", "structure_offset", "unknown_offset"}
+# Of constants that say how other worlds differ: the world of simulated cases is the library's own.
+OWN_WORLD = {"evidence_of_other_forms": 1.0, "score_of_other_forms": 1.0, "gap_elsewhere": 0.0, "unknown_elsewhere": 0.0}
 
 
 @dataclass(frozen=True)
@@ -90,7 +92,7 @@ def fit_constants(cases: Sequence[CalibrationCase], start: Constants | None = No
 
     def loss(point: FloatArray) -> float:
         held = constants(point)
-        with CONSTANTS.replaced(evidence_of_other_forms=1.0):  # their world is the library's own
+        with CONSTANTS.replaced(**OWN_WORLD):
             each = np.array([-math.log(max(probability(case, held), CONSTANTS.least_calibrated_probability)) for case in cases])
         return float(weights @ each) + 0.5 * float(point @ point) / len(cases)
 

@@ -12,13 +12,14 @@ from evat.gap.verdict.judgement import (
     MISTUNED,
     NO_GAP,
     Judgement,
-    by_effect,
+    by_part,
     in_most_sets,
     judge,
     least_to_name,
     steps,
     unexplained_channels,
 )
+from evat.inference.hypothesis import NOMINAL
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,7 +97,7 @@ def _evidence(judgement: Judgement) -> Iterator[Gate]:
     step, constants = asked.step, asked.constants
     yield asked.gate(
         "structural_gap", "largest structural rms that recalibration leaves in a channel, over what nobody would look at",
-        math.exp(step.size), "above", math.exp(-constants.structure_offset / constants.structure_slope),
+        math.exp(step.size), "above", math.exp(-(constants.structure_offset + CONSTANTS.gap_elsewhere) / constants.structure_slope),
         f"a gap beyond mis-tuning: probability {step.by_size:.3g} by its size",
         f"nothing to look at: probability {step.by_size:.3g} of a gap by its size",
     )  # fmt: skip
@@ -157,7 +158,7 @@ def _hypotheses(asked: _Asked) -> Iterator[Gate]:
         f"no mis-tuning moves a value so far, and with {step.best} none moves by more than "
         f"{features.shifts.get(step.best, math.nan):.3g}: it counts for a gap",
     )  # fmt: skip
-    even = -(constants.unknown_offset + step.surprise) / constants.unknown_slope  # log-odds of a share
+    even = -(constants.unknown_offset + CONSTANTS.unknown_elsewhere + step.surprise) / constants.unknown_slope  # log-odds of a share
     yield asked.gate(
         "known_to_library",
         f"share of the gap that {step.closest} leaves, chance counted, the less of it allowed the less credible the values that it needs",
@@ -185,20 +186,22 @@ def _irregular(asked: _Asked) -> Iterator[Gate]:
 def _verdicts(judgement: Judgement, counts: bool) -> list[Gate]:
     """The chain that hands out the verdict; it ends at the gate that did. counts : whether the data carry it."""
     step = steps(judgement.features, judgement.constants)
-    unknown, known, none = step.unknown, step.structural - step.unknown, 1 - step.structural
+    unknown, none, each = step.unknown, 1 - step.structural, by_part(judgement.probabilities)
+    likeliest, first = max(each.items(), key=lambda own: own[1], default=(NOMINAL, 0.0))
     count, most = len(judgement.likely), max((p for on, p in judgement.probabilities.items() if on), default=0.0)
-    is_unknown, acts = unknown > max(known, none), known > none
+    is_unknown, acts = unknown > max(first, none), first > none
     sure = least_to_name(CONSTANTS.least_named_probability, unknown, step.structural)
     common = in_most_sets(judgement.probabilities, unknown, step.structural) in step.scores
     chain = [
         Gate(
-            "known_is_likelier", "probability of something unknown", unknown, "at most", max(known, none),
+            "known_is_likelier", "probability of something unknown", unknown, "at most", max(first, none),
             "the verdict is unknown" if is_unknown else "it is nothing unknown", False,
         )
     ]  # fmt: skip
     if not is_unknown:
         word = "an effect or another base law acts" if acts else "no effect is named"
-        chain.append(Gate("effects_over_none", "probability of what the library knows", known, "above", none, word, False))
+        quantity = f"probability of {likeliest}, whatever acts beside it"
+        chain.append(Gate("effects_over_none", quantity, first, "above", none, word, False))
     if not is_unknown and not acts:
         word = f"the verdict is {NO_GAP if step.no_gap > 0.5 else MISTUNED}"
         chain.append(Gate("nominal_suffices", "probability that the nominal values suffice", step.no_gap, "above", 0.5, word, False))
@@ -213,8 +216,6 @@ def _verdicts(judgement: Judgement, counts: bool) -> list[Gate]:
             )
             chain.append(Gate("one_stands_out", "probability of the likeliest hypothesis", most, "above", sure, word, False))
         if count > 1 and most <= sure:
-            each = by_effect(judgement.probabilities)
-            likeliest = max(each, key=lambda name: each[name], default="an effect")
             word = (
                 f"the verdict is effect: {judgement.chosen}, whatever acts beside"
                 if common
@@ -222,7 +223,7 @@ def _verdicts(judgement: Judgement, counts: bool) -> list[Gate]:
             )
             quantity = f"probability of {likeliest} in all hypotheses together"
             least = least_to_name(CONSTANTS.least_effect_probability, unknown, step.structural)
-            chain.append(Gate("one_is_in_most", quantity, each.get(likeliest, 0.0), "above", least, word, False))
+            chain.append(Gate("one_is_in_most", quantity, first, "above", least, word, False))
     reasons = judgement.features.doubts.get(judgement.chosen, ())
     if not is_unknown and acts and reasons and (count <= 1 or most > sure or common):
         word = f"the verdict is ambiguous: {'; '.join(reasons)}"

@@ -101,6 +101,7 @@ def steps(features: Features, constants: Constants, reverse: Collection[str] = (
     firsts = {on: _first(on, features, constants) if features.one_family.get(on) else None for on in lefts}  # what these leave alone counts
     scores = {on: _score(on, _credited(on, features, constants) / overstated, lefts[firsts[on] or on], constants) for on in features.gain}
     scores = {on: score - CONSTANTS.cost_of_generality * features.general.get(on, 0) for on, score in scores.items()}
+    scores = {on: CONSTANTS.score_of_other_forms * score for on, score in scores.items()}
     surprises = {on: 0.0 if "credible_values" in reverse else surprise for on, surprise in _surprises(features).items()}
     scores = {on: score - surprises[on] for on, score in scores.items()}
     # What may be chance explains nothing.
@@ -109,7 +110,7 @@ def steps(features: Features, constants: Constants, reverse: Collection[str] = (
     foreign = {on: constants.unknown_slope * _log_odds(share) + surprises[on] for on, share in unexplained.items()}
     closest = min(foreign, key=lambda on: foreign[on], default=NOMINAL)
     left, surprise = unexplained.get(closest, 1.0), surprises.get(closest, 0.0)
-    by_size = _sigmoid(constants.structure_offset + constants.structure_slope * size)
+    by_size = _sigmoid(constants.structure_offset + CONSTANTS.gap_elsewhere + constants.structure_slope * size)
     if "structural_gap" in reverse:
         by_size = 1 - by_size
     structural, best, needed, evident = by_size, NOMINAL, math.nan, 0.0
@@ -124,8 +125,9 @@ def steps(features: Features, constants: Constants, reverse: Collection[str] = (
         if "evident_effect" not in reverse:
             structural = max(structural, evident * max(1 - lefts[best], 0.0))
         if best in credible:
-            structural = max(structural, strange * min(sure[best], _no_chance(_told_by_data(best, features))) * max(1 - lefts[best], 0.0))
-    by_library = _sigmoid(constants.unknown_offset + foreign[closest]) if scores else 1.0
+            told = min(sure[best], _no_chance(_told_by_data(best, features)))
+            structural = max(structural, strange * told * max(1 - lefts[best], 0.0))
+    by_library = _sigmoid(constants.unknown_offset + CONSTANTS.unknown_elsewhere + foreign[closest]) if scores else 1.0
     if "known_to_library" in reverse:
         by_library = 1 - by_library
     unknown = structural * by_library if scores else structural
@@ -159,7 +161,9 @@ def steps(features: Features, constants: Constants, reverse: Collection[str] = (
 
 
 def judge(features: Features, constants: Constants, reverse: Collection[str] = ()) -> Judgement:
-    """Three questions, one after the other: is there a gap beyond mis-tuning, does the library know it, and which effects are it.
+    """Three questions, one after the other: is there a gap beyond mis-tuning, does the library know it, and which effects are it. Something
+    unknown, or nothing, is the verdict where it is likelier than each of the effects, whatever acts beside that: many that are unlikely
+    are no reason to name one.
 
     reverse : gates that are taken as if they had gone the other way, to see which of them moved the verdict.
     """
@@ -178,9 +182,10 @@ def judge(features: Features, constants: Constants, reverse: Collection[str] = (
     def judgement(verdict: str, chosen: Hypothesis = NOMINAL) -> Judgement:
         return Judgement(verdict, chosen, probabilities, unknown, step.no_gap, tuple(likely), features, constants)
 
-    if unknown > max(structural - unknown, 1 - structural):
+    most = max(by_part(probabilities).values(), default=0.0)
+    if unknown > max(most, 1 - structural):
         return judgement(UNKNOWN)
-    if 1 - structural >= structural - unknown:
+    if 1 - structural >= most:
         return judgement(NO_GAP if step.no_gap > 0.5 else MISTUNED)
     chosen = next(on for on in ranked if on)
     sure = probabilities[chosen] > least_to_name(CONSTANTS.least_named_probability, unknown, structural) or len(likely) == 1
@@ -197,15 +202,15 @@ def least_to_name(share: float, unknown: float, structural: float) -> float:
 def in_most_sets(probabilities: Mapping[Hypothesis, float], unknown: float, structural: float) -> Hypothesis:
     """The effects that are likely whatever acts beside them: each by the probability of all sets that it is in."""
     least = least_to_name(CONSTANTS.least_effect_probability, unknown, structural)
-    return Hypothesis(tuple(name for name, probability in by_effect(probabilities).items() if probability > least))
+    return Hypothesis(tuple(name for part, probability in by_part(probabilities).items() if probability > least for name in part.effects))
 
 
-def by_effect(probabilities: Mapping[Hypothesis, float]) -> dict[str, float]:
-    """The probability of each effect, in all sets together."""
-    total: dict[str, float] = {}
+def by_part(probabilities: Mapping[Hypothesis, float]) -> dict[Hypothesis, float]:
+    """The probability of each effect, and of each other base law, in all sets together."""
+    total: dict[Hypothesis, float] = {}
     for on, probability in probabilities.items():
-        for name in on.effects:
-            total[name] = total.get(name, 0.0) + probability
+        for part in on.parts():
+            total[part] = total.get(part, 0.0) + probability
     return total
 
 
