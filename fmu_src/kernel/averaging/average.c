@@ -82,13 +82,21 @@ static double per(double change, double time) { return time > 0 ? change / time 
 
 #define OF_LEAVING 0.2 /* of a force: it falls as the root of how far the speed ratio is below 1 */
 
-/* Does the tool begin to leave the chip within a step, or cease to, which its middle does not show? The speed ratio,
- * which it has there, goes with the cutting speed, which it had at the start and has at the end. */
-static int begins_to_leave(const struct Contact *contact, double speed_before, int i)
+/* Where inputs and states stand. */
+static void speed_ratio_here(const struct Contact *contact, const struct Configuration *w, lanes ratio)
 {
-    const double speed = contact->value[VAR_CUTTING_SPEED][i], middle = 0.5 * (speed_before + speed);
-    const double ratio = middle > 0 ? contact->value[VAR_SPEED_RATIO][i] / middle : 0;
-    return (ratio * speed_before - 1) * (ratio * speed - 1) < 0;
+    static const lanes here;
+    struct Point x;
+    point_at(contact, w, here, &x);
+    EACH_LANE
+        ratio[i] = x.speed_ratio[i];
+}
+
+/* Does the tool begin to leave the chip within a step, or cease to, which its middle does not show? The speed ratio
+ * goes with the cutting speed, and with amplitudes that slow states take from. */
+static int begins_to_leave(double ratio_before, double ratio_after)
+{
+    return (ratio_before - 1) * (ratio_after - 1) < 0;
 }
 
 /* How far the lane's mean forces over a step of h around t may be from those of the resolved run: what was left of the
@@ -97,10 +105,10 @@ static int begins_to_leave(const struct Contact *contact, double speed_before, i
  * a broken number of cycles, of which the piece may hold all of a cycle's force or none; a law with events, whose
  * bristles stand nobody knows where after more cycles than were run; states that drift on and may come to an end, as of
  * a gap, in a cycle that begins elsewhere; a tool that begins to leave the chip; slow states that strive to what the
- * step before has shown; and the tolerance of both runs. Differences pass through 0 where what they stand for does not,
- * so the error before is forgotten by halves. */
+ * step before has shown, and then to what this one has; and the tolerance of both runs. Differences pass through 0
+ * where what they stand for does not, so the error before is forgotten by halves. */
 static double error_of(const struct Contact *contact, const struct CycleSums *seen, lanes mean[INTEGRALS], double t,
-                       double h, double speed_before, int slow, int i)
+                       double h, int leaves, int slow, lanes at_first[INTEGRALS], int i)
 {
     const double period = period_of(contact), whole = larger(h, period),
                  at[2] = {contact->earlier_time[0][i], contact->earlier_time[1][i]};
@@ -109,7 +117,6 @@ static double error_of(const struct Contact *contact, const struct CycleSums *se
     const double cycles = h / period, beside = fabs(cycles - floor(cycles + 0.5)), piece = beside < 1e-6 ? 0 : beside;
     const double pieces = piece > 0 ? smaller(1, 3 * piece / mean[DUTY][i]) / cycles : 0; /* 3: peak over mean */
     const double unknown = stand_for(seen, cycles, i) && !seen->drifts[i] ? 0 : loaded;
-    const int leaves = begins_to_leave(contact, speed_before, i);
     double largest = 0.5 * contact->value[VAR_AVERAGING_ERROR][i];
     for (int k = 0; k < CHANNELS; ++k) {
         const double now = mean[FIRST_FORCE + k][i], was = contact->earlier_force[0][k][i],
@@ -123,7 +130,7 @@ static double error_of(const struct Contact *contact, const struct CycleSums *se
         const double errors = contact->value[VAR_SIGMA0][i] * fabs(seen->departure[i]) * mean[DUTY][i] +
                               (first && as_set ? loaded * period / whole : 0) + unlike + unknown +
                               pieces * larger(fabs(now), loaded) + h * h / 12 * bend + 0.5 * period * fabs(rate) +
-                              (slow ? 0.15 * fabs(now - was) : 0) +
+                              (slow ? 0.15 * fabs(now - was) + fabs(now - at_first[FIRST_FORCE + k][i]) : 0) +
                               (leaves ? larger(loaded, OF_LEAVING * fabs(now)) : 0) +
                               contact->value[VAR_RELATIVE_TOLERANCE][i] * fabs(now);
         largest = larger(largest, errors);
@@ -221,10 +228,31 @@ enum Status average_start(struct Contact *contact)
     return status;
 }
 
+/* The middle of a step, `from` whose start slow states strive to what the step before has shown, and then to what that
+ * has shown at first: where a force that grows takes from the amplitude, and so makes itself grow, the first may be far
+ * off. */
+static enum Status look_at_middle(struct Contact *contact, double middle, double step, int slow, const lanes *from,
+                                  struct Configuration *w, struct CycleSums *seen, lanes mean[INTEGRALS],
+                                  lanes at_first[INTEGRALS])
+{
+    const double cycles = step / period_of(contact);
+    struct Contact begun = *contact;
+    lanes halfway[EFFECT_STATES];
+    const enum Status status = look(contact, middle, cycles, w, seen, mean);
+    memcpy(at_first, mean, INTEGRALS * sizeof *mean);
+    if (status != STATUS_OK || !slow)
+        return status;
+    memcpy(begun.steady_state, contact->steady_state, sizeof begun.steady_state);
+    *contact = begun;
+    slow_states_after(contact, w, 0.5 * step, from, halfway);
+    set_slow_states(contact, w, (const lanes *)halfway);
+    return look(contact, middle, cycles, w, seen, mean);
+}
+
 enum Status average_step(struct Contact *contact, double step)
 {
     const double start = contact->value[VAR_TIME][0], end = start + step, middle = start + 0.5 * step;
-    lanes before[OWN_ROWS], mean[INTEGRALS], from[EFFECT_STATES], halfway[EFFECT_STATES];
+    lanes before[OWN_ROWS], mean[INTEGRALS], at_first[INTEGRALS], from[EFFECT_STATES], halfway[EFFECT_STATES];
     const lanes *const value = (const lanes *)before, *const slope =
                                                           value + offsetof(struct Contact, slope) / sizeof(lanes);
     struct Configuration w;
@@ -240,6 +268,8 @@ enum Status average_step(struct Contact *contact, double step)
     memset(contact->slope, 0, sizeof contact->slope);
     w = wire(contact);
     const int slow = get_slow_states(contact, &w, from);
+    lanes ratio_before, ratio_after;
+    speed_ratio_here(contact, &w, ratio_before);
     slow_states_after(contact, &w, 0.5 * step, (const lanes *)from, halfway);
     set_slow_states(contact, &w, (const lanes *)halfway);
     EACH_LANE {
@@ -247,13 +277,18 @@ enum Status average_step(struct Contact *contact, double step)
             contact->value[k][i] += 0.5 * step * slope[k - INPUT_FIRST][i];
         contact->value[VAR_SLIDING_DISTANCE][i] += 0.5 * step * value[VAR_SLIDING_SPEED][i];
     }
-    enum Status status = look(contact, middle, step / period_of(contact), &w, &seen, mean);
+    enum Status status = look_at_middle(contact, middle, step, slow, (const lanes *)from, &w, &seen, mean, at_first);
     if (status == STATUS_OK) {
         show_instant(contact, &w);
         slow_states_after(contact, &w, step, (const lanes *)from, halfway);
         set_slow_states(contact, &w, (const lanes *)halfway);
-        EACH_LANE
+        speed_ratio_here(contact, &w, ratio_after);
+        EACH_LANE {
+            const double speed = contact->value[VAR_CUTTING_SPEED][i],
+                         ends_at = 2 * speed - value[VAR_CUTTING_SPEED][i];
+            ratio_after[i] *= speed > 0 ? ends_at / speed : 1;
             contact->value[VAR_TIME][i] = start;
+        }
         status = measure_means(contact, step, (const lanes *)mean + FIRST_FORCE, mean + FIRST_MEASURED);
         for (int n = 0; n < INTEGRALS; ++n)
             EACH_LANE
@@ -276,8 +311,8 @@ enum Status average_step(struct Contact *contact, double step)
         for (int n = 0; n < MEANS; ++n)
             rates[n] = mean[FIRST_MEAN + n][i];
         contact->value[VAR_TIME][i] = end;
-        contact->value[VAR_AVERAGING_ERROR][i] =
-            error_of(contact, &seen, mean, middle, step, value[VAR_CUTTING_SPEED][i], slow, i);
+        contact->value[VAR_AVERAGING_ERROR][i] = error_of(
+            contact, &seen, mean, middle, step, begins_to_leave(ratio_before[i], ratio_after[i]), slow, at_first, i);
         if (contact->value[VAR_AVERAGING_WINDOW][i] >= NO_WINDOW)
             pass_windows(contact, i, start, rates);
     }
