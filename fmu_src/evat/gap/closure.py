@@ -11,6 +11,7 @@ import numpy as np
 from evat.constants import CONSTANTS
 from evat.gap.budget import is_visible, squares, structural_share, variance_along
 from evat.gap.held_out import folds
+from evat.gap.search.audit import zeros
 from evat.gap.search.compare import Comparison
 from evat.gap.values_alone import ValuesAlone, values_alone
 from evat.inference.fit import Fit, fit
@@ -47,7 +48,9 @@ class HeldOut:
     def __init__(self, comparison: Comparison) -> None:
         self.comparison = comparison
         seen = {group.condition for group in comparison.whitening.groups}  # of a slow sensor some conditions may tell nothing
-        told = tuple(tuple(each for each in fold if each in seen) for fold in folds(comparison.prediction.experiment))
+        prediction = comparison.prediction
+        counted_from = {variable.name: zeros(prediction, variable.name) for variable in prediction.model.variables if variable.unit == "K"}
+        told = tuple(tuple(each for each in fold if each in seen) for fold in folds(prediction.experiment, counted_from))
         self.folds = tuple(filter(None, told)) if len(seen) >= CONSTANTS.fewest_conditions else ()
         self._fold_of = {condition: fold for fold in self.folds for condition in fold}
         self.conditions = tuple(each for each in comparison.prediction.experiment.conditions if each in self._fold_of)
