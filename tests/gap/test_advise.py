@@ -15,6 +15,7 @@ from evat.gap import Diagnosis, diagnose_with
 from evat.gap.advise import _apart, _bound, next_experiment, options, scaled
 from evat.gap.search.compare import Comparison
 from evat.inference.hypothesis import NOMINAL, Hypothesis
+from evat.inference.prediction import with_lead_in
 from evat.model import Variable
 from evat.models.contact import ContactModel
 from toy import Toy, measured
@@ -40,6 +41,18 @@ def test_a_speed_is_multiplied_and_a_bound_is_a_bound() -> None:
     assert other is not None
     assert other.inputs["slip_velocity"].tolist() == [2.0, -2.0, 4.0]
     assert scaled(trial, KNOWN["rake_angle"], 4.0) is None
+
+
+def test_what_was_recorded_before_is_multiplied_alike() -> None:
+    """A lead-in kept its speed: twice as fast from the first sample on is a step, and a slow sensor showed 8.7 N of 13 there."""
+    speed = np.linspace(0.1, 0.2, 50)
+    whole = Trial("a", "a", {}, np.arange(50.0), {"slip_velocity": speed}, {"friction_force": np.ones(50)})
+    other = scaled(replace(whole.between(20, 50), lead_in=whole.between(0, 20)), KNOWN["slip_velocity"], 2.0)
+    assert other is not None
+    assert with_lead_in(other)[1]["slip_velocity"] == pytest.approx(2 * speed)
+    most = KNOWN["slip_velocity"].max
+    faster = whole.with_input("slip_velocity", lambda column: np.where(column < 0.11, 0.9 * most, column))
+    assert scaled(replace(whole.between(20, 50), lead_in=faster.between(0, 20)), KNOWN["slip_velocity"], 2.0) is None
 
 
 @pytest.mark.parametrize(("name", "zero"), [("contact_temperature", 293.15), ("slip_velocity", 0.0)])

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from evat.commands.main import app
+from evat.constants import CONSTANTS
 from evat.gap.search.candidates import of_one_family
 from evat.gap.verdict import constants as kept_constants
 from evat.gap.verdict.calibrate import CalibrationCase, fit_constants, probability, with_unknown
@@ -182,7 +183,8 @@ def test_a_campaign_goes_on_where_it_stopped(tmp_path: Path, monkeypatch: pytest
     assert cases[0].features == CalibrationCase.read(line).features
 
 
-def test_a_case_that_is_damaged_or_of_another_kernel_is_run_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_case_that_is_damaged_or_of_another_kernel_or_table_is_run_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A case that was kept was taken under another table of constants: log evidence of 132 where it is 109 by that."""
     line = CalibrationCase(_features(30, {"a": (300, 0.01)}), "a").line()
     path, asked = tmp_path / "state.jsonl", list[int]()
 
@@ -200,10 +202,13 @@ def test_a_case_that_is_damaged_or_of_another_kernel_is_run_again(tmp_path: Path
     with monkeypatch.context() as elsewhere:
         elsewhere.setattr(campaigns, "kernel_digest", lambda: "another kernel")
         lines[4] = campaigns._line({"number": 4, "case": line}).encode()
+    with CONSTANTS.replaced(law_shape_sd=2 * CONSTANTS.law_shape_sd):
+        lines[0] = campaigns._line({"number": 0, "case": line}).encode()
+        assert campaigns._entry(lines[0].decode()) is not None
     path.write_bytes(b"\n".join([*lines, b"\xff\xfe", b"[]", b""]))
     asked.clear()
     cases = list(campaign(path, 5, 1))
-    assert sorted(asked) == [1, 2, 3, 4]
+    assert sorted(asked) == [0, 1, 2, 3, 4]
     assert all(case.features == CalibrationCase.read(line).features for case in cases)
     asked.clear()
     assert len(list(campaign(path, 5, 1))) == 5

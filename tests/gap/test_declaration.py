@@ -8,11 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from diagnosed import MODEL, TIMES, experiment
-from evat.experiment import Experiment
+from evat.experiment import Experiment, Nominal, Trial
 from evat.experiment.read import read_experiment
 from evat.gap import diagnose
-from evat.gap.search.declaration import misdeclared
-from evat.inference.prediction import Prediction
+from evat.gap.search.declaration import _with_columns, misdeclared
+from evat.inference.prediction import Prediction, with_lead_in
+from evat.model import Run
 from evat.models.contact import ContactModel
 from evat.studies.examples import EXAMPLES, write_example
 
@@ -35,6 +36,21 @@ def test_a_speed_in_another_unit_is_told(factor: float, declared: str, meant: st
     signals = {**made.signals, "slip_velocity": replace(made.signals["slip_velocity"], unit=declared)}
     (said,) = told(replace(as_written(made, factor), signals=signals))
     assert said.startswith(f"slip_velocity is declared in {declared}, and looks as if it were in {meant}: so the nominal model leaves 0.")
+
+
+def test_what_was_recorded_before_is_in_another_unit_as_well() -> None:
+    """It kept its numbers: a contact that wears in slid tens of metres before the recording, and nothing was told."""
+    values = {**experiment().nominal.values, "sigma2": 0.0, "friction_wear.delta": 2.0, "friction_wear.s_0": 1.0}
+    model, times, trials = ContactModel(1), np.arange(1500) * 1e-3, []
+    for place in range(3):
+        speed = 0.05 * (1 + place) * np.sign(np.sin(2 * np.pi * 2 * times))
+        run = Run(times, {"slip_velocity": speed}, ("friction_force",))
+        force = model.simulate_many(run, ("friction_wear",), values)["friction_force"][0]
+        whole = Trial(f"{place}.csv", f"c{place}", {}, times, {"slip_velocity": 1e3 * speed}, {"friction_force": force})
+        trials.append(replace(whole.between(500, 1500), lead_in=whole.between(0, 500)))
+    nominal = Nominal(values, ("friction_wear",), {}, initial_bristle="relaxed")
+    (said,) = told(replace(experiment(), nominal=nominal, trials=tuple(trials)), model)
+    assert said.startswith("slip_velocity is declared in m/s, and looks as if it were in mm/s: so the nominal model leaves ")
 
 
 def test_a_record_in_another_unit_has_no_effect() -> None:
@@ -71,7 +87,7 @@ def test_forces_that_changed_places_are_told(tmp_path: Path) -> None:
 
 
 def test_a_load_that_changed_places_with_the_friction_is_told() -> None:
-    """Of a contact that slides one way: to and fro a load below 0 is refused as it is read."""
+    """Of a contact that slides one way: to and fro a load below 0 is refused as it is read. What was recorded before is exchanged, too."""
     made = experiment()
     load, trials = 40.0 + 4.0 * np.sin(2 * np.pi * TIMES), []
     for trial in made.trials:
@@ -80,3 +96,11 @@ def test_a_load_that_changed_places_with_the_friction_is_told() -> None:
         trials.append(replace(trial, inputs={**slip, "normal_load": np.maximum(friction, 0.0)}, outputs={"friction_force": load}))
     (said,) = told(replace(made, trials=tuple(trials)))
     assert said.startswith("normal_load and friction_force look as if they were exchanged")
+    (first, *_), taken = trials, {"normal_load": "friction_force", "friction_force": "normal_load"}
+    before = first.between(0, 50)
+    for lead in (before, replace(before, outputs={})):  # averages of a long record have inputs alone there
+        led = replace(first.between(50, 400), lead_in=lead)
+        moved = _with_columns(Prediction(MODEL, replace(made, trials=(led,))), taken)
+        assert moved is not None
+        load = with_lead_in(moved.experiment.trials[0])[1]["normal_load"]
+        assert np.array_equal(load, first.outputs["friction_force"][0 if lead.outputs else 50 :])

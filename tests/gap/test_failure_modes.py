@@ -12,7 +12,7 @@ from evat.constants import CONSTANTS
 from evat.experiment import Experiment
 from evat.gap import Diagnosis, diagnose, diagnose_with
 from evat.gap.report.explanation import smallest_amplitudes
-from evat.gap.search.audit import audit, too_slow
+from evat.gap.search.audit import audit, idle_effects, too_slow, varying
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray, Variable
 from rig import MODEL, SAMPLES, STEP, STILL, VALUES, measured
@@ -124,6 +124,17 @@ def test_what_needs_a_proxy_that_does_not_vary_is_not_identifiable() -> None:
     answer = diagnose(measured(["thermal_softening"], softer, nominal=proxy, inputs=still), STILL)
     assert "thermal_softening" not in names(answer)
     assert any(note.startswith("thermal_softening: not identifiable, proxy_speed") for note in answer.cannot_tell)
+
+
+@pytest.mark.parametrize(("rises", "idle"), [(5.0, False), (0.05, True)])
+def test_a_temperature_varies_beside_what_the_model_counts_it_from(rises: float, idle: bool) -> None:
+    """It had to vary by 2 % of 293 K: a viscosity that changed friction by a sixth over 5 K was `mistuned`, as nothing varied."""
+    nominal = {**VALUES, "proxy_source": "contact_temperature", "ambient_temperature": 293.15, "reference_temperature": 298.15}
+    warm = {"contact_temperature": lambda times, place: 293.45 + rises * place / 3 + 0 * times}
+    prediction = Prediction(STILL, measured(nominal=nominal, inputs=warm))
+    told = idle_effects(prediction, [effect for effect in STILL.effects if effect.name == "thermal_viscosity"])
+    assert told == ({"thermal_viscosity": ("contact_temperature",)} if idle else {})
+    assert "slip_velocity" in varying(prediction)
 
 
 def test_softening_is_named_where_the_proxy_varies_enough() -> None:

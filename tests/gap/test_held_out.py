@@ -6,12 +6,17 @@ from collections import Counter
 from dataclasses import replace
 from itertools import product
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 from evat.experiment import Experiment, Means, Nominal
+from evat.gap.closure import HeldOut
 from evat.gap.held_out import folds
-from toy import measured
+from evat.inference.prediction import Prediction
+from evat.model import Variable
+from toy import Toy, measured
 
 
 def table(rows: list[tuple[float, ...]], names: str = "abc") -> Experiment:
@@ -63,3 +68,25 @@ def test_conditions_that_are_set_alike_are_held_out_too() -> None:
     """Where nothing that varies was recorded or stated."""
     made = folds(table([(1.0,), *((1.0 + 1e-9 * level,) for level in range(1, 4))]))
     assert sorted(map(len, made)) == [1, 1, 2]
+
+
+@pytest.mark.parametrize("speeds", [(0.1, 0.2), (0.1, 0.2, 0.3)])
+def test_no_temperature_is_held_out_whole_where_all_are_near_each_other_beside_0_kelvin(speeds: tuple[float, ...]) -> None:
+    """Each of 292, 293 and 294 K was, at all speeds."""
+    for held in folds(table(list(product(speeds, (292.0, 293.0, 294.0)))), {"b": [293.15]}):
+        assert len({condition.split("/")[1] for condition in held}) == len(held)
+
+
+def test_temperatures_of_a_model_are_counted_from_those_that_it_states() -> None:
+    """In a diagnosis, too: with two speeds both of one temperature were held out together."""
+    made, draw, trials = measured(conditions=6, repeats=1), np.random.default_rng(1), []
+    warm = Variable("y", "K", 293.15, 0.0, 5000.0, "temperature", "toy", causality="input")
+    for place, trial in enumerate(made.trials):
+        x = (0.3, 0.6)[place // 3] * np.sin(2 * np.pi * 0.5 * trial.times)
+        force = 10 * x + 0.1 * draw.normal(size=x.size)
+        trials.append(replace(trial, inputs={"x": x, "y": np.full(x.size, 292.0 + place % 3)}, outputs={"F": force}))
+    prediction = Prediction(type("Warm", (Toy,), {"variables": (*Toy.variables, warm)})(), replace(made, trials=tuple(trials)))
+    groups = [SimpleNamespace(condition=condition) for condition in made.conditions]
+    comparison: Any = SimpleNamespace(prediction=prediction, whitening=SimpleNamespace(groups=groups))
+    for held in HeldOut(comparison).folds:
+        assert len({int(condition[1:]) % 3 for condition in held}) == 2

@@ -84,6 +84,28 @@ def test_a_ripple_over_the_position_has_a_phase_in_each_condition() -> None:
     assert np.max(np.abs(np.angle(np.exp(1j * (phases - (LAG[:4] - LAG[0])))))) < 0.5
 
 
+def test_phases_of_a_hum_are_told_from_where_the_clocks_of_the_files_begin() -> None:
+    """They were told from where each recording begins; the model counts by its clock, and a hum of 20 times the noise was `unknown`."""
+    made = measured()
+    begins = np.repeat([0.0, 0.9, 1.807, 2.711], 3)
+    late = [replace(trial, times=trial.times + begin) for trial, begin in zip(made.trials, begins, strict=True)]
+    _, own, *_ = seen(with_hum(replace(made, trials=tuple(late)), own=True), TIME, apart=True)
+    assert own.value == pytest.approx(HUM, abs=0.02 / 0.4)
+    phases = np.array([own.phases[trial.file] for trial in made.trials])
+    assert np.max(np.abs(np.angle(np.exp(1j * (phases - (LAG - LAG[0])))))) < 0.5
+
+
+def test_phases_of_a_ripple_are_told_from_the_begin_of_the_lead_in() -> None:
+    """They were told from where the recording begins; the model is run from the begin of the lead-in, of another length in each."""
+    made, trials = with_ripple(measured()), []
+    for place, trial in enumerate(made.trials):
+        lead = 20 * (place // 3)
+        trials.append(replace(trial.between(lead, trial.times.size), lead_in=trial.between(0, lead) if lead else None))
+    _, own, *_ = seen(replace(made, trials=tuple(trials)), WAY)
+    phases = np.array([own.phases[f"c{place}"] for place in range(4)])
+    assert np.max(np.abs(np.angle(np.exp(1j * (phases - (LAG[:4] - LAG[0])))))) < 0.5
+
+
 def test_a_value_of_its_own_acts_where_it_belongs() -> None:
     experiment = measured(repeats=2)
     prediction, name = Prediction(MODEL, experiment), "line_disturbance.phase"

@@ -200,3 +200,20 @@ def test_a_second_effect_is_weighed_as_what_it_stands_beside() -> None:
     evidence, point = linear_fit(whitening, base.sums, base, ())
     assert evidence == pytest.approx(base.likelihood.evidence, abs=0.05)
     assert point == pytest.approx(base.point, abs=1e-3)
+
+
+def test_an_amplitude_at_its_bound_leaves_the_others_where_they_are_best_without_it() -> None:
+    """They stood where they were best beside what it wanted, and were taken back when the rounds were over: 79 of log evidence less."""
+    experiment = measured(["bend"], {"bend.c": 1.0}, noise=0.02)
+    prediction = Prediction(Toy(), experiment)
+    predicted = prediction.one()
+    whitening = BandWhitening(prediction, estimate_noise(prediction, predicted), predicted)
+    base = fit(prediction, whitening, (), np.empty(0))
+    assert base is not None
+    x = np.concatenate([trial.inputs["x"] for trial in experiment.trials])
+    own, alike = Parameter("own", "N", 0.0, 1.0, -1e9, 1e9), Parameter("alike", "N", 0.0, 1.0, 0.0, 1e9)
+    slopes = np.column_stack([10 * x**2, 9 * x**2 + 2 * x**3])
+    alone, (best,) = linear_fit(whitening, whitening.sums(base.predicted, slopes[:, :1]), base, (own,))
+    evidence, point = linear_fit(whitening, whitening.sums(base.predicted, slopes), base, (own, alike))
+    assert point == pytest.approx([best, 0.0], rel=0.01)
+    assert evidence == pytest.approx(alone, abs=1)

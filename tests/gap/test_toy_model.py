@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 import ast
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import evat.gap
 import numpy as np
 import pytest
 from evat.constants import CONSTANTS
+from evat.experiment import Means
 from evat.gap import diagnose
-from evat.gap.closure import HeldOut
+from evat.gap.closure import HeldOut, _recordings
+from evat.inference.prediction import Prediction
+from evat.model import FloatArray
 from evat.native import kernel
-from toy import Toy, measured
+from toy import FORCE, Toy, measured
 
 FOLDER = Path(evat.gap.__file__).parent
 
@@ -74,6 +80,37 @@ def test_one_recording_has_no_interval(monkeypatch: pytest.MonkeyPatch) -> None:
     assert share == pytest.approx(1.0, abs=0.1)
     assert np.isnan(low)
     assert np.isnan(high)
+
+
+class Twice(Toy):
+    """The force is recorded by a second sensor, too."""
+
+    variables = (*Toy.variables, replace(FORCE, name="G"))
+
+    def formula(self, times: FloatArray, values: Mapping[str, FloatArray], on: Collection[str]) -> Mapping[str, FloatArray]:
+        force = super().formula(times, values, on)["F"]
+        return {"F": force, "G": force}
+
+
+@pytest.mark.parametrize("conditions", [4, 2])
+def test_a_second_channel_is_no_second_recording(conditions: int) -> None:
+    """Of the same column twice the interval was as if each had been recorded by itself: half as wide, and one of two recordings."""
+    made = measured(["bend"], {"bend.c": 0.4}, noise=0.3, conditions=conditions, repeats=1)
+    twice = replace(made, trials=tuple(replace(trial, outputs={**trial.outputs, "G": trial.outputs["F"]}) for trial in made.trials))
+    one, two = (diagnose(each, model).closure for each, model in ((made, Toy()), (twice, Twice())))
+    assert np.isfinite(one.interval[0]) == (conditions == 4)
+    assert two.interval == pytest.approx(one.interval, abs=1e-3, nan_ok=True)
+    assert two.closed_share_where_fitted[1] == pytest.approx(one.closed_share_where_fitted[1], nan_ok=True)
+    assert np.isfinite(two.closed_share_where_fitted[0]) == (conditions == 2)
+
+
+def test_of_a_table_each_row_is_a_recording() -> None:
+    forces = np.arange(1.0, 5.0)
+    means = Means("m.csv", ("a", "a", "b", "c"), {"x": forces}, {"F": forces, "G": forces}, {})
+    prediction = Prediction(Twice(), replace(measured(conditions=1, repeats=2), means=means))
+    groups = [SimpleNamespace(condition=segment.condition, members=(place,)) for place, segment in enumerate(prediction.segments)]
+    comparison: Any = SimpleNamespace(prediction=prediction, whitening=SimpleNamespace(groups=groups))
+    assert _recordings(comparison, ("c0", "a", "b")) == [0, 1, 2, 3, 4, 2, 3, 4]
 
 
 def test_two_effects_are_two() -> None:

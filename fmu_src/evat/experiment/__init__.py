@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import ClassVar, Literal
@@ -153,6 +153,12 @@ class Trial:
         """Its samples from `begin` on, up to `end`, with the lead-in of the whole."""
         inputs, outputs = ({name: column[begin:end] for name, column in some.items()} for some in (self.inputs, self.outputs))
         return replace(self, times=self.times[begin:end], inputs=inputs, outputs=outputs)
+
+    def with_input(self, name: str, change: Callable[[FloatArray], FloatArray]) -> Trial:
+        """An input changed, and what was recorded of it just before alike: a model that runs through other numbers begins elsewhere."""
+        lead = None if self.lead_in is None else self.lead_in.with_input(name, change)
+        inputs = {**self.inputs, name: change(self.inputs[name])} if name in self.inputs else self.inputs
+        return replace(self, inputs=inputs, lead_in=lead)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -21,7 +21,7 @@ from evat.gap.search.compare import Comparison
 from evat.gap.verdict.judgement import Judgement
 from evat.inference.fit import Fit
 from evat.inference.hypothesis import Hypothesis
-from evat.inference.prediction import Prediction
+from evat.inference.prediction import Prediction, with_lead_in
 from evat.model import EvatError, FloatArray, Variable
 
 Base = TypeVar("Base", Trial, int)
@@ -127,10 +127,11 @@ def scaled(trial: Trial, variable: Variable, factor: float) -> Trial | None:
     if name in trial.values:
         value = zero + factor * (trial.values[name] - zero)
         return replace(cut, values={**trial.values, name: value}) if variable.min <= value <= variable.max and value != 0 else None
-    column = zero + factor * (cut.inputs[name] - zero)
-    if (np.ptp(column) == 0 and column[0] == 0) or column.min() < variable.min or column.max() > variable.max:
+    other = cut.with_input(name, lambda column: zero + factor * (column - zero))
+    column, led = other.inputs[name], with_lead_in(other)[1][name]
+    if (np.ptp(column) == 0 and column[0] == 0) or led.min() < variable.min or led.max() > variable.max:
         return None
-    return replace(cut, inputs={**cut.inputs, name: column})
+    return other
 
 
 def _apart(comparison: Comparison, option: Option, fits: Sequence[Fit], temperature: float, uncertain: bool = False) -> FloatArray | None:

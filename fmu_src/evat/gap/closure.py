@@ -11,6 +11,7 @@ import numpy as np
 from evat.constants import CONSTANTS
 from evat.gap.budget import is_visible, squares, structural_share, variance_along
 from evat.gap.held_out import folds
+from evat.gap.search.audit import zeros
 from evat.gap.search.compare import Comparison
 from evat.gap.values_alone import ValuesAlone, values_alone
 from evat.inference.fit import Fit, fit
@@ -47,7 +48,9 @@ class HeldOut:
     def __init__(self, comparison: Comparison) -> None:
         self.comparison = comparison
         seen = {group.condition for group in comparison.whitening.groups}  # of a slow sensor some conditions may tell nothing
-        told = tuple(tuple(each for each in fold if each in seen) for fold in folds(comparison.prediction.experiment))
+        prediction = comparison.prediction
+        counted_from = {variable.name: zeros(prediction, variable.name) for variable in prediction.model.variables if variable.unit == "K"}
+        told = tuple(tuple(each for each in fold if each in seen) for fold in folds(prediction.experiment, counted_from))
         self.folds = tuple(filter(None, told)) if len(seen) >= CONSTANTS.fewest_conditions else ()
         self._fold_of = {condition: fold for fold in self.folds for condition in fold}
         self.conditions = tuple(each for each in comparison.prediction.experiment.conditions if each in self._fold_of)
@@ -104,7 +107,7 @@ class HeldOut:
         before = comparison.nominal if chosen is comparison.recalibrated else comparison.recalibrated
         conditions = comparison.prediction.experiment.conditions
         share, interval = self._shrinks(before.predicted, chosen.predicted, conditions, away=away)
-        recordings = {member for group in comparison.whitening.groups for member in group.members}
+        recordings = set(_recordings(comparison, conditions))
         return share, interval if len(recordings) >= CONSTANTS.fewest_recordings else (math.nan, math.nan)
 
     def _shrinks(
@@ -114,6 +117,9 @@ class HeldOut:
         if not len(rows):  # no conditions, or a sensor that is too slow for what was held out
             return math.nan, (math.nan, math.nan)
         share = _share(rows.sum(axis=0))
+        # Channels of one recording share its motion and its faults: they are drawn together.
+        numbers = np.unique(_recordings(self.comparison, conditions), return_inverse=True)[1]
+        rows = np.array([rows[numbers == number].sum(axis=0) for number in range(numbers.max() + 1)])
         if math.isnan(share) or len(rows) == 1:  # one recording drawn again and again is an interval of no width
             return share, (math.nan, math.nan)
         draws = np.random.default_rng(CONSTANTS.bootstrap_seed).integers(len(rows), size=(CONSTANTS.bootstrap_draws, len(rows)))
@@ -222,10 +228,10 @@ def _again(comparison: Comparison, whole: Fit, mask: BoolArray) -> Fit:
 
 
 def _rows(comparison: Comparison, before: FloatArray, after: FloatArray, held: Sequence[str], *, away: bool = False) -> FloatArray:
-    """Of each held-out recording: sums of squares before, after and of the noise floor, channels by their rms, and how many they are.
-    away : from jumps."""
+    """Of each channel of each held-out recording, in the order of `_recordings`: sums of squares before, after and of the noise floor,
+    channels by their rms, and how many they are. away : from jumps."""
     whitening, prediction = comparison.whitening, comparison.prediction
-    recordings = []
+    rows = []
     for place, group in enumerate(whitening.groups):
         if group.condition not in held:
             continue
@@ -237,7 +243,7 @@ def _rows(comparison: Comparison, before: FloatArray, after: FloatArray, held: S
             measured = prediction.measured[at]
             counted = whitening.jumps[place].weights ** 2 if away else np.ones(measured.size)
             size = float(counted.sum())
-            recordings.append(
+            rows.append(
                 [
                     float(counted @ (measured - before[at] - starts[0]) ** 2) / level,
                     float(counted @ (measured - after[at] - starts[1]) ** 2) / level,
@@ -245,7 +251,17 @@ def _rows(comparison: Comparison, before: FloatArray, after: FloatArray, held: S
                     size,
                 ]
             )
-    return np.array(recordings)
+    return np.array(rows)
+
+
+def _recordings(comparison: Comparison, held: Sequence[str]) -> list[int]:
+    """Of each channel of each held-out recording, of which that is: the trial, or the row of a table of means, whose numbers follow."""
+    prediction = comparison.prediction
+    first = {segment.channel: segment.at.start for segment in reversed(prediction.segments) if segment.trial < 0}
+    members = [member for group in comparison.whitening.groups if group.condition in held for member in group.members]
+    own = [prediction.segments[member] for member in members]
+    count = len(prediction.experiment.trials)
+    return [segment.trial if segment.trial >= 0 else count + segment.at.start - first[segment.channel] for segment in own]
 
 
 def _share(sums: FloatArray) -> float:

@@ -8,6 +8,8 @@ and Ylvisaker 1990).
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 
 from evat.constants import CONSTANTS
@@ -15,14 +17,17 @@ from evat.experiment import Experiment, Trial
 from evat.model import FloatArray, IntArray
 
 
-def folds(experiment: Experiment) -> tuple[tuple[str, ...], ...]:
-    """Each condition is in one; in the order of the experiment; none where there are too few."""
+def folds(experiment: Experiment, zeros: Mapping[str, Sequence[float]] | None = None) -> tuple[tuple[str, ...], ...]:
+    """Each condition is in one; in the order of the experiment; none where there are too few.
+
+    zeros : what the size of an input is counted from, where that is not 0: between 293 and 295 K nothing would vary.
+    """
     conditions = experiment.conditions
     if len(conditions) < CONSTANTS.fewest_conditions:
         return ()
-    inputs, outputs = (_table(experiment, conditions, of_outputs) for of_outputs in (False, True))
+    (names, inputs), (_, outputs) = (_table(experiment, conditions, of_outputs) for of_outputs in (False, True))
     order = sorted(range(len(conditions)), key=lambda place: (*inputs[place], *outputs[place], conditions[place]))
-    drawn = _drawn(_levels(inputs[order]), CONSTANTS.folds)
+    drawn = _drawn(_levels(inputs[order], [(zeros or {}).get(name, [0.0]) for name in names]), CONSTANTS.folds)
     return tuple(tuple(conditions[place] for place in sorted(order[row] for row in fold)) for fold in drawn)
 
 
@@ -49,12 +54,12 @@ def _drawn(levels: IntArray, count: int) -> list[list[int]]:
     return folds
 
 
-def _levels(table: FloatArray) -> IntArray:
+def _levels(table: FloatArray, zeros: Sequence[Sequence[float]]) -> IntArray:
     """Of each column that varies the number of its level, (conditions, factors); of columns that go together the first alone."""
     columns = dict[bytes, IntArray]()
-    for column in table.T:
+    for column, counted_from in zip(table.T, zeros, strict=True):
         order, span = np.argsort(column, kind="stable"), float(np.ptp(column))
-        if not span > CONSTANTS.same_level * float(np.max(np.abs(column))):
+        if not span > CONSTANTS.same_level * max(float(np.max(np.abs(column - zero))) for zero in counted_from):
             continue
         level = np.empty(column.size, dtype=np.intp)
         level[order] = np.concatenate([[0], np.cumsum(np.diff(column[order]) > CONSTANTS.same_level * span)])
@@ -63,7 +68,7 @@ def _levels(table: FloatArray) -> IntArray:
     return np.array(list(columns.values()), dtype=np.intp).reshape(len(columns), len(table)).T
 
 
-def _table(experiment: Experiment, conditions: tuple[str, ...], of_outputs: bool) -> FloatArray:
+def _table(experiment: Experiment, conditions: tuple[str, ...], of_outputs: bool) -> tuple[list[str], FloatArray]:
     """Of each condition what was set and the size, pace and way of what was recorded, (conditions, columns), means over its repeats; 0
     where it has none."""
     rows: list[dict[str, list[float]]] = [{} for _ in conditions]
@@ -76,7 +81,8 @@ def _table(experiment: Experiment, conditions: tuple[str, ...], of_outputs: bool
             for condition, number in zip(means.conditions, column, strict=True):
                 rows[conditions.index(condition)].setdefault(name, []).append(float(number))
     names = sorted({name for own in rows for name in own})
-    return np.array([[np.mean(sorted(own.get(name, [0.0]))) for name in names] for own in rows]).reshape(len(rows), len(names))
+    table = np.array([[np.mean(sorted(own.get(name, [0.0]))) for name in names] for own in rows]).reshape(len(rows), len(names))
+    return names, table
 
 
 def _described(trial: Trial, of_outputs: bool) -> dict[str, float]:

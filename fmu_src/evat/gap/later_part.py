@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from evat.constants import CONSTANTS
@@ -18,7 +20,8 @@ def later_part(comparison: Comparison, chosen: Fit, whole: Experiment) -> str:
     whole : the experiment before it was cut.
     """
     looked_at = comparison.prediction
-    prediction = looked_at.of(whole).running_the_law()
+    # What was fitted holds at the references and the tolerance at which it was, and not at those that nobody stated.
+    prediction = looked_at.of(replace(whole, nominal=looked_at.experiment.nominal)).running_the_law()
     beside = looked_at.form_names - looked_at.setup_names
     predicted = prediction.one({name: value for name, value in chosen.values.items() if name not in beside and OWN not in name}, chosen.on)
     if not np.all(np.isfinite(predicted)):

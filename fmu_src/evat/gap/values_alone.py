@@ -42,12 +42,15 @@ def replayed(comparison: Comparison, fit: Fit, set_up: bool = False) -> FloatArr
 
 
 def root_mean_squares(comparison: Comparison, predicted: FloatArray, conditions: Collection[str]) -> dict[str, float]:
-    """Of measured less predicted, by channel, over the samples of some conditions."""
+    """Of measured less predicted, by channel, over the samples of some conditions: means over the repeats of each, as the noise floor is.
+    One that was recorded oftener would else be in what is left by more than its noise is in the floor."""
     prediction, left = comparison.prediction, dict[str, list[FloatArray]]()
-    for segment in prediction.segments:
-        if segment.condition in conditions:
-            left.setdefault(segment.channel, []).append(prediction.measured[segment.at] - predicted[segment.at])
-    return {channel: float(np.sqrt(np.mean(np.concatenate(rows) ** 2))) for channel, rows in left.items()}
+    for group in comparison.whitening.groups:
+        if group.condition in conditions:
+            repeats = [prediction.segments[member].at for member in group.members]
+            squares = [(prediction.measured[at] - predicted[at]) ** 2 for at in repeats]
+            left.setdefault(group.channel, []).append(np.mean(squares, axis=0))
+    return {channel: float(np.sqrt(np.mean(np.concatenate(rows)))) for channel, rows in left.items()}
 
 
 def values_alone(

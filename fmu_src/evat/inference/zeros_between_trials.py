@@ -146,11 +146,11 @@ def tried_zeros(prediction: Prediction, zero: Parameter) -> FloatArray:
 def zeroed(experiment: Experiment, more: Mapping[str, float]) -> Experiment:
     """Velocities less what they read more than others, by the trials' files."""
 
-    def of(trial: Trial, level: float) -> Trial:
-        lead = None if trial.lead_in is None else of(trial.lead_in, level)
-        return replace(trial, inputs={**trial.inputs, MOTION: trial.inputs[MOTION] - level}, lead_in=lead)
+    def of(trial: Trial) -> Trial:
+        level = more.get(trial.file, 0.0)
+        return trial.with_input(MOTION, lambda velocity: velocity - level) if level else trial
 
-    return replace(experiment, trials=tuple(of(trial, more[trial.file]) if more.get(trial.file) else trial for trial in experiment.trials))
+    return replace(experiment, trials=tuple(map(of, experiment.trials)))
 
 
 def zeros_in_words(more: Mapping[str, float], units: Mapping[str, str]) -> str:

@@ -41,9 +41,18 @@ def varying(prediction: Prediction) -> set[str]:
     names = set[str]()
     for name, rows in columns.items():
         whole = np.concatenate(rows)
-        if np.ptp(whole) > CONSTANTS.least_variation * float(np.max(np.abs(whole))):
+        if np.ptp(whole) > CONSTANTS.least_variation * max(float(np.max(np.abs(whole - zero))) for zero in zeros(prediction, name)):
             names.add(name)
     return names
+
+
+def zeros(prediction: Prediction, name: str) -> list[float]:
+    """What the size of an input is counted from: 0, and of a temperature those that the nominal model states, such as the ambient one: 5 K
+    are much beside the 5 K by which a contact warms, and little beside the 293 K from 0 K to the temperature of a room."""
+    temperatures = [variable for variable in prediction.model.variables if variable.unit == "K" and not variable.difference]
+    own = [variable.start for variable in temperatures if variable.name == name]
+    stated = [variable for variable in temperatures if variable.causality == "parameter" and variable.name != name]
+    return ([float(prediction.nominal.get(variable.name, variable.start)) for variable in stated] or own) if own else [0.0]
 
 
 def idle_effects(prediction: Prediction, effects: Sequence[Effect]) -> dict[str, tuple[str, ...]]:

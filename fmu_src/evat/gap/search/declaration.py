@@ -16,7 +16,7 @@ import numpy as np
 from evat.constants import CONSTANTS
 from evat.experiment import Experiment, Means, Trial
 from evat.inference.checks import rms
-from evat.inference.prediction import Prediction
+from evat.inference.prediction import Prediction, with_lead_in
 from evat.model import EvatError, FloatArray
 from evat.units import affine
 
@@ -90,17 +90,14 @@ def _converted(declared: str, other: str, *, of_derivative: bool) -> Callable[[F
 
 
 def _changed(experiment: Experiment, name: str, change: Callable[[FloatArray], FloatArray]) -> Experiment:
-    def of(trial: Trial) -> Trial:
-        return replace(trial, inputs={**trial.inputs, name: change(trial.inputs[name])}) if name in trial.inputs else trial
-
     means = experiment.means
     if means is not None and name in means.values:
         means = Means(means.file, means.conditions, {**means.values, name: change(means.values[name])}, means.outputs, means.sd)
-    return replace(experiment, trials=tuple(map(of, experiment.trials)), means=means)
+    return replace(experiment, trials=tuple(trial.with_input(name, change) for trial in experiment.trials), means=means)
 
 
 def _columns(experiment: Experiment, name: str) -> list[FloatArray]:
-    own = [trial.inputs[name] for trial in experiment.trials if name in trial.inputs]
+    own = [with_lead_in(trial)[1][name] for trial in experiment.trials if name in trial.inputs]
     return own if experiment.means is None or name not in experiment.means.values else [*own, experiment.means.values[name]]
 
 
@@ -124,14 +121,23 @@ def _with_columns(prediction: Prediction, taken: dict[str, str], low: float = -m
     """Each column with the numbers of another; inputs no less than their bound. None where a trial lacks one of them."""
     experiment, trials = prediction.experiment, list[Trial]()
     for trial in experiment.trials:
-        own = {**trial.inputs, **trial.outputs}
-        if not set(taken) <= set(own):
+        if not set(taken) <= {*trial.inputs, *trial.outputs}:
             return None
-        inputs = {name: np.maximum(own[taken[name]], low) if name in taken else column for name, column in trial.inputs.items()}
-        trials.append(replace(trial, inputs=inputs, outputs={name: own[taken.get(name, name)] for name in trial.outputs}))
+        trials.append(_exchanged_in(trial, taken, low))
     means = experiment.means
     if means is not None:
         if not set(taken) <= set(means.outputs):
             return None
         means = replace(means, outputs={name: means.outputs[taken.get(name, name)] for name in means.outputs})
     return prediction.of(replace(experiment, trials=tuple(trials), means=means))
+
+
+def _exchanged_in(trial: Trial, taken: dict[str, str], low: float) -> Trial:
+    """What was recorded just before is exchanged alike, and left out where it lacks an output that an input takes: a long record that was
+    compressed has inputs alone there."""
+    own, lead = {**trial.inputs, **trial.outputs}, trial.lead_in
+    if lead is not None:
+        whole = all(taken.get(name, name) in {*lead.inputs, *lead.outputs} for name in trial.inputs)
+        lead = _exchanged_in(lead, taken, low) if whole else None
+    inputs = {name: np.maximum(own[taken[name]], low) if name in taken else column for name, column in trial.inputs.items()}
+    return replace(trial, inputs=inputs, outputs={name: own[taken.get(name, name)] for name in trial.outputs}, lead_in=lead)

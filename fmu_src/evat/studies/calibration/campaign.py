@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 
+from evat.constants import CONSTANTS
 from evat.experiment import Experiment, Nominal
 from evat.files.writing import as_output_error, usable
 from evat.gap import diagnose_with
@@ -92,28 +93,37 @@ def kernel_digest() -> str:
     return hashlib.sha256(kernel_library_path().read_bytes()).hexdigest()[:16]
 
 
+def constants_digest() -> str:
+    """The constants by which cases are diagnosed: by others a judgement sees others. Those that are calibrated stand as in the table, as
+    cases are judged before any fit."""
+    values = {name: getattr(CONSTANTS, name) for name in CONSTANTS.declared()}
+    return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()[:16]
+
+
+def _made_by() -> dict[str, Any]:
+    return {"kernel": kernel_digest(), "constants": constants_digest(), "format": FORMAT}
+
+
 def _line(entry: Mapping[str, Any]) -> str:
-    text = json.dumps({**entry, "kernel": kernel_digest(), "format": FORMAT}, sort_keys=True)
+    text = json.dumps({**entry, **_made_by()}, sort_keys=True)
     return json.dumps({"digest": hashlib.sha256(text.encode()).hexdigest()[:16], "entry": text})
 
 
 def _entry(line: str) -> Mapping[str, Any] | None:
-    """What a line says; None where it is cut off, damaged, of another kernel or of another format."""
+    """What a line says; None where it is cut off, damaged, of another kernel, of other constants or of another format."""
     try:
         held = json.loads(line)
         text, digest = str(held["entry"]), held["digest"]
         entry: dict[str, Any] = json.loads(text)
-        return (
-            entry
-            if hashlib.sha256(text.encode()).hexdigest()[:16] == digest and (entry["kernel"], entry["format"]) == (kernel_digest(), FORMAT)
-            else None
-        )
+        as_now = all(entry[name] == value for name, value in _made_by().items())
+        return entry if hashlib.sha256(text.encode()).hexdigest()[:16] == digest and as_now else None
     except (ValueError, KeyError, TypeError, RecursionError):
         return None
 
 
 def campaign(path: Path, count: int, workers: int, tell: Callable[[int], None] | None = None) -> Iterator[CalibrationCase]:
-    """Cases 0 to count - 1; those that the file does not have whole, and run through this kernel, are run and appended to it."""
+    """Cases 0 to count - 1; those that the file does not have whole, run through this kernel and by these constants, are run and appended
+    to it."""
     text = path.read_text(encoding="utf-8", errors="replace") if path.is_file() else ""
     entries = [entry for line in text.splitlines() if (entry := _entry(line)) is not None]
     kept, whole = {entry["number"]: entry for entry in entries}, text.endswith("\n") or not text

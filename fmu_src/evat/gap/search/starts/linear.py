@@ -45,14 +45,18 @@ def linear_fit(
     point = np.concatenate([base.point, np.zeros(len(parameters))])
     first, bounds = base.point.size, _bounds(parameters)
     free = np.ones(sums.grams.shape[-1])
-    for _ in range(rounds):
+    for _ in range(rounds + len(parameters)):
         discrepancy = likelihood(whitening, sums, point)
         step = np.where(free[: point.size] > 0, discrepancy.step, 0.0)
         wanted = point[first:] + step[first:]
         step[first:] = np.clip(wanted, *bounds) - point[first:]
         point = point + step
         sums = Sums(moved(sums.grams, step) * np.outer(free, free))
-        free[first : point.size] *= (wanted >= bounds[0]) & (wanted <= bounds[1])
+        within = (wanted >= bounds[0]) & (wanted <= bounds[1])
+        free[first : point.size] *= within
+        rounds -= bool(np.all(within))  # one that meets its bound leaves the others where they stand beside what it wanted
+        if not rounds:
+            break
     sums = Sums(sums.grams * np.outer(free, free))
     judged = charged(likelihood(whitening, sums, point), (*base.parameters, *parameters), point, base.fixed, base.on)
     return judged.evidence, point

@@ -3,7 +3,8 @@
 A sine of unknown frequency has as many likelihood maxima as the record has periods: no design of a few points meets the right one. Lomb
 1976 and Scargle 1982: the peaks of a least-squares periodogram do. Over the position it tells of what stands still there, as it is and
 turned with the motion, since a friction that rises and falls does so against it. Where a motion begins, and when a record does within a
-hum, nobody may know: each condition, and each trial where repeats do not share it, then has a phase of its own.
+hum, nobody may know: each condition, and each trial where repeats do not share it, then has a phase of its own. Phases are told from where
+the model counts them, which the clock of the file and the lead-in before a recording say.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from scipy.signal import find_peaks
 from evat.constants import CONSTANTS
 from evat.experiment import Experiment, Trial
 from evat.inference.band_whitening import BandWhitening
-from evat.inference.prediction import Prediction
+from evat.inference.prediction import Prediction, with_lead_in
 from evat.model import FloatArray
 from evat.required_inputs import MOTION
 
@@ -66,8 +67,12 @@ def peaks(prediction: Prediction, whitening: BandWhitening, predicted: FloatArra
     tops = find_peaks(np.concatenate([[0.0], power, [0.0]]))[0] - 1
     highest = list[Peak]()
     for top in tops[np.argsort(-power[tops], kind="stable")][: CONSTANTS.periodogram_peaks]:
-        value = float(numbers[top] if unit == TIME else 1 / numbers[top])
-        angles = {key: float(np.angle(own[0][top])) for key, own in ways[int(way_of[top])].items()}
+        turned = bool(way_of[top])
+        number = np.array([_vertex(numbers, powers[int(turned)], int(top))])
+        value = float(number[0] if unit == TIME else 1 / number[0])
+        angles = {
+            key: float(np.angle(_components([c for c in courses if c.key == key and c.turned == turned], number)[0][0])) for key in keys
+        }
         first = next(iter(angles.values()))
         highest.append(Peak(value))
         if len(angles) > 1:
@@ -86,7 +91,7 @@ def _courses(prediction: Prediction, whitening: BandWhitening, predicted: FloatA
         left = whitening.residual_of_any_start(predicted, place) / float(whitening.sizes[place])
         left = left - left.mean()
         if unit == TIME:
-            courses.append(_Course(key, trial.times - trial.times[0], left, False))
+            courses.append(_Course(key, trial.times, left, False))
         elif MOTION in trial.inputs:
             position, turned = _position(trial), left * np.sign(trial.inputs[MOTION])
             courses += [_Course(key, position, left, False), _Course(key, position, turned - turned.mean(), True)]
@@ -94,9 +99,21 @@ def _courses(prediction: Prediction, whitening: BandWhitening, predicted: FloatA
 
 
 def _position(trial: Trial) -> FloatArray:
-    """From where the recording began [m], (n,)."""
-    velocity = trial.inputs[MOTION]
-    return np.concatenate([[0.0], np.cumsum(np.diff(trial.times) * (velocity[1:] + velocity[:-1]) / 2)])
+    """From where the model is run from, the begin of the lead-in where there is one [m], (n,)."""
+    times, inputs, before = with_lead_in(trial)
+    velocity = inputs[MOTION]
+    return np.concatenate([[0.0], np.cumsum(np.diff(times) * (velocity[1:] + velocity[:-1]) / 2)])[before:]
+
+
+def _vertex(numbers: FloatArray, power: FloatArray, top: int) -> float:
+    """Of the parabola through a peak and its neighbours: a frequency that is off by an eighth of a period in the longest recording turns
+    the phases of recordings that begin at other times."""
+    if not 0 < top < numbers.size - 1:
+        return float(numbers[top])
+    before, at, after = power[top - 1 : top + 2]
+    bend = before - 2 * at + after
+    moved = float(np.clip((before - after) / (2 * bend), -0.5, 0.5)) if bend < 0 else 0.0
+    return float(numbers[top] + moved * (numbers[1] - numbers[0]))
 
 
 def travel(experiment: Experiment) -> float:
