@@ -39,7 +39,7 @@ def only_where_fitted(made: Experiment, bend: float = 0.8, others: Collection[st
     return replace(made, trials=trials)
 
 
-def in_order(experiment: Experiment) -> tuple[tuple[str, ...], ...]:
+def in_order(experiment: Experiment, _: object) -> tuple[tuple[str, ...], ...]:
     """Folds as the conditions come."""
     return tuple(tuple(experiment.conditions[place::3]) for place in range(3))
 
@@ -108,7 +108,7 @@ def test_a_fit_is_not_taken_for_one_that_is_gone(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr(closure, "_again", lambda comparison, whole, mask: SimpleNamespace(of=whole.name))
     held = HeldOut(
         SimpleNamespace(
-            prediction=SimpleNamespace(experiment=experiment),
+            prediction=SimpleNamespace(experiment=experiment, model=Toy()),
             whitening=SimpleNamespace(groups=[SimpleNamespace(condition=name) for name in experiment.conditions]),
         )
     )  # type: ignore[arg-type]
