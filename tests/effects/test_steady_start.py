@@ -74,3 +74,14 @@ def test_a_dynamometer_without_damping_rests_under_the_force_of_the_start(period
             force, measured = contact.get(name), contact.get(f"measured_{name}")
             assert measured == pytest.approx(force, rel=1e-12), (values, name)
             assert contact.get(f"dynamometer_resonance.{name}_speed") == pytest.approx(0, abs=1e-6 * abs(force) / period)
+
+
+@pytest.mark.parametrize(("effect", "state"), [("proxy_lag", "proxy_lag.theta"), ("rate_and_state", "rate_and_state.memory")])
+def test_a_slack_that_is_taken_up_lets_the_others_settle_at_the_whole_slip(effect: str, state: str) -> None:
+    """They had settled at the millionth of it that a slack lets through before it is crossed."""
+    values = {"kinematics": "external", "uncut_thickness": 1e-4, "slip_velocity": -0.03, "initial_state": "steady", **LAGS[effect]}
+    alone, beside = (evat.Contact(values, on=on) for on in ([effect], [effect, "backlash"]))
+    alone.start()
+    beside.start()
+    assert beside.get(state) == pytest.approx(alone.get(state), rel=1e-12)
+    assert beside.get("backlash.place") == -1

@@ -215,19 +215,19 @@ enum Status settle_states(struct Contact *contact)
     static const lanes now;
     lanes length, half[EFFECT_STATES], whole[EFFECT_STATES];
     struct Point x;
-    point_at(contact, &w, now, &x);
     EACH_LANE
         length[i] = SETTLING_TIME;
     for (int n = 0; n < w.on_count; ++n) {
         lanes *const state = x.state + w.on_state[n];
         if (!w.on[n]->settles)
             continue;
+        point_at(contact, &w, now, &x); /* under the slip that those of earlier stages let through in the end */
         w.on[n]->move(w.on_p[n], length, &x, &x, &x, (const lanes *)state, half, whole);
         for (int k = 0; k < w.on[n]->states; ++k)
             EACH_LANE
                 state[k][i] = whole[k][i];
+        store_states(contact, &w, &x);
     }
-    store_states(contact, &w, &x);
     enum Status status = kernel_event(contact); /* forces feel them */
     if (status == STATUS_OK && sensors_on(contact)) {
         lanes force[CHANNELS];
