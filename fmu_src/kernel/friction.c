@@ -136,6 +136,9 @@ INLINED void friction_open(const struct Contact *contact, const struct Configura
 INLINED void friction_rates(const struct Configuration *w, struct Point *x)
 {
     w->law->rates(w->law_p, x);
+    if (w->stages >> STAGE_BRISTLE & 1)
+        EACH_LANE
+            x->steady[i] = x->cutting[i] != 0 ? x->target[i] : 0;
     if (w->yields)
         w->law->yield(w->law_p, x);
     if (w->stages >> STAGE_BRISTLE & 1) {

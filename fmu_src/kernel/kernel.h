@@ -452,7 +452,9 @@ struct Point {
                                        where an effect acts on friction */
     lanes unbounded; /* friction force before these bound it [N]; set with them */
     lanes kept, instead; /* share of the bristle's force that stands, and what stands instead of the rest [N]; opened
-                            where an effect acts on the bristle */
+                            where an effect acts on the bristle, as is */
+    lanes steady; /* the target of the law's own rates, however it or an effect bends them: its deflection in steady
+                     sliding; 0: a law without one, or out of contact [m] */
     lanes law; /* indicator AT_LAW */
     lanes clamped; /* how many values had to be clamped */
     lanes F; /* friction force on the tool along the chip flow [N] */

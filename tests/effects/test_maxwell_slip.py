@@ -143,3 +143,12 @@ def test_loads_that_are_stated_stand() -> None:
     stated = {f"maxwell_slip.load_{k}": 0.25 for k in range(1, 5)}
     _, force = shown([0.0, 1e-6], {"bristle_deflection": F_C / SIGMA0, **stated})
     assert force[0] == pytest.approx(0.25 * F_C, rel=1e-6)
+
+
+@pytest.mark.parametrize("exponent", [0.5, 2.0, 6.0])
+def test_however_the_laws_own_bristle_yields_the_elements_are_the_same(exponent: float) -> None:
+    """Their limit is what the bristle has in steady sliding, not what it strives for on its way there: that force was next to none."""
+    turns: list[float] = [0.0, 2e-5, 1.2e-5, 6e-5, 3e-5]
+    np.testing.assert_allclose(shown(turns, {"lugre.presliding_exponent": exponent})[1], elements(turns), atol=1e-6 * F_C)
+    bent = {"lugre.presliding_exponent": exponent, "bristle_deflection": 0.3 * F_C / SIGMA0}
+    assert shown([0.0, 1e-6], bent)[1][0] == pytest.approx(0.3 * F_C, rel=1e-6)

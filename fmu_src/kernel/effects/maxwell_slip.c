@@ -60,7 +60,7 @@ static double loaded(const lanes *p, int i, double way, double *load)
 static void begin(const lanes *p, const struct Point *x, lanes *state)
 {
     EACH_LANE {
-        const double bent = x->target[i] != 0 ? smaller(fabs(x->z[i] / x->target[i]), 1) : 0;
+        const double bent = x->steady[i] != 0 ? smaller(fabs(x->z[i] / x->steady[i]), 1) : 0;
         double load[ELEMENTS] = {0}, low = 0, high = 4 * p[STROKE][i]; /* where the last has given way */
         int stated = 0;
         for (int k = 0; k < ELEMENTS; ++k)
@@ -76,13 +76,14 @@ static void begin(const lanes *p, const struct Point *x, lanes *state)
     }
 }
 
-/* Of a law whose bristle strives for a target, s0 |target| is the limit; one without has nothing to replace. */
+/* Of a law whose bristle strives for a steady deflection, s0 times that is the limit, whatever way leads there; one
+ * without has nothing to replace. */
 static void replace(const lanes *p, const lanes *state, struct Point *x)
 {
     EACH_LANE {
-        const double share = x->target[i] != 0 ? p[SHARE][i] : 0;
+        const double share = x->steady[i] != 0 ? p[SHARE][i] : 0;
         const double load = (state[0][i] + state[1][i] + state[2][i] + state[3][i]) / (double)ELEMENTS;
-        x->instead[i] += share * x->s0[i] * fabs(x->target[i]) * load;
+        x->instead[i] += share * x->s0[i] * fabs(x->steady[i]) * load;
         x->kept[i] *= 1 - share;
         for (int k = 0; k < ELEMENTS; ++k)
             mark_side(x, i, share != 0 && gives_way(state[k][i], x->direction[i]));
