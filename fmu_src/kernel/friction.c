@@ -174,9 +174,9 @@ static void force_in_part(const struct Configuration *w, struct Point *x)
         x->dz[i] *= x->kept[i];
     }
     w->law->force(w->law_p, x);
-    EACH_LANE {
-        x->z[i] = z[i];
-        x->dz[i] = dz[i];
+    EACH_LANE { /* a law may carry its bristle along, and does where all of it stands */
+        x->z[i] = chosen_of(x->kept[i] != 1, z[i], x->z[i]);
+        x->dz[i] = chosen_of(x->kept[i] != 1, dz[i], x->dz[i]);
         x->F[i] += x->instead[i];
     }
 }
