@@ -485,7 +485,8 @@ struct FrictionLaw {
     int relaxes; /* z strives for target at rate; else it integrates drive */
     void (*rates)(const lanes *p, struct Point *x); /* rate, drive, target from v, direction, speed, stuck */
     /* Does the rate depend on the deflection, in this lane? And how: rate, drive, target linearised at z. Solved by
-     * iteration; both NULL where it does not. An effect that bends the rate itself takes their place. */
+     * iteration; both NULL where it does not. An effect that bends the rate itself takes their place in lanes where it
+     * is not at its neutral values (Configuration.yielding). */
     int (*yields)(const lanes *p, int lane);
     void (*yield)(const lanes *p, struct Point *x);
     void (*force)(const lanes *p, struct Point *x); /* F from z, dz and the same */
