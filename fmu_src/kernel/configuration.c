@@ -165,7 +165,8 @@ struct Configuration wire(const struct Contact *contact)
     const int everywhere = w.feedback || w.bends || w.current_angle;
     w.yields = 0;
     for (int i = 0; i < LANES; ++i) {
-        const int yields = w.law->yields && !w.bends && w.law->yields(w.law_p, i);
+        const int yields = w.law->yields && !w.bent[i] && w.law->yields(w.law_p, i);
+        w.yielding[i] = yields;
         w.bent[i] |= yields;
         w.iterated[i] = everywhere || yields;
         w.yields |= yields;

@@ -225,7 +225,8 @@ double late_bend(const struct Contact *contact, const struct Configuration *w, i
             recall(&past, at[j], lane, at[j]->t[lane] - late, u[j]);
         for (int k = 0; k < CHANNELS; ++k) {
             const double force = larger(larger(fabs(u[0][k]), fabs(u[2][k])), larger(b->F_C[lane], b->F_S[lane]));
-            worst = larger(worst, fabs(u[0][k] - 2 * u[1][k] + u[2][k]) / (3 * force));
+            if (force > 0) /* a law whose level is the load's may have none at both ends, and then nothing bends */
+                worst = larger(worst, fabs(u[0][k] - 2 * u[1][k] + u[2][k]) / (3 * force));
         }
     }
     return worst;

@@ -136,6 +136,9 @@ INLINED void friction_open(const struct Contact *contact, const struct Configura
 INLINED void friction_rates(const struct Configuration *w, struct Point *x)
 {
     w->law->rates(w->law_p, x);
+    if (w->stages >> STAGE_BRISTLE & 1)
+        EACH_LANE
+            x->steady[i] = x->cutting[i] != 0 ? x->target[i] : 0;
     if (w->yields)
         w->law->yield(w->law_p, x);
     if (w->stages >> STAGE_BRISTLE & 1) {
@@ -171,9 +174,9 @@ static void force_in_part(const struct Configuration *w, struct Point *x)
         x->dz[i] *= x->kept[i];
     }
     w->law->force(w->law_p, x);
-    EACH_LANE {
-        x->z[i] = z[i];
-        x->dz[i] = dz[i];
+    EACH_LANE { /* a law may carry its bristle along, and does where all of it stands */
+        x->z[i] = chosen_of(x->kept[i] != 1, z[i], x->z[i]);
+        x->dz[i] = chosen_of(x->kept[i] != 1, dz[i], x->dz[i]);
         x->F[i] += x->instead[i];
     }
 }

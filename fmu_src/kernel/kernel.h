@@ -452,7 +452,9 @@ struct Point {
                                        where an effect acts on friction */
     lanes unbounded; /* friction force before these bound it [N]; set with them */
     lanes kept, instead; /* share of the bristle's force that stands, and what stands instead of the rest [N]; opened
-                            where an effect acts on the bristle */
+                            where an effect acts on the bristle, as is */
+    lanes steady; /* the target of the law's own rates, however it or an effect bends them: its deflection in steady
+                     sliding; 0: a law without one, or out of contact [m] */
     lanes law; /* indicator AT_LAW */
     lanes clamped; /* how many values had to be clamped */
     lanes F; /* friction force on the tool along the chip flow [N] */
@@ -483,7 +485,8 @@ struct FrictionLaw {
     int relaxes; /* z strives for target at rate; else it integrates drive */
     void (*rates)(const lanes *p, struct Point *x); /* rate, drive, target from v, direction, speed, stuck */
     /* Does the rate depend on the deflection, in this lane? And how: rate, drive, target linearised at z. Solved by
-     * iteration; both NULL where it does not. An effect that bends the rate itself takes their place. */
+     * iteration; both NULL where it does not. An effect that bends the rate itself takes their place in lanes where it
+     * is not at its neutral values (Configuration.yielding). */
     int (*yields)(const lanes *p, int lane);
     void (*yield)(const lanes *p, struct Point *x);
     void (*force)(const lanes *p, struct Point *x); /* F from z, dz and the same */

@@ -66,7 +66,8 @@ struct Configuration {
     int keeps_past[LANES];          /* does such an effect look back, or meet the surface again? */
     int sensors;                    /* effects with states of a sensor */
     int looks_back, bends, meets_again; /* whether an effect does; */
-    int yields;                     /* and the law */
+    int yields;                     /* and the law, */
+    int yielding[LANES];            /* in lanes where no effect acts that bends it in its own way */
     int comes_back;                 /* whether one has periods */
     int delays;                     /* the slip is given, and one delays it */
     const struct Record *record;    /* that is being followed and gives the slip, by its column; else NULL */

@@ -93,3 +93,16 @@ def test_the_rate_of_a_filter_is_of_the_mixture_too() -> None:
     states = read(contact, *(f"sensor_lowpass.{name}" for name in FORCES))
     rates = read(contact, *(f"sensor_lowpass.{name}_rate" for name in FORCES))
     assert rates == pytest.approx((forces - states) / FILTER["sensor_lowpass.time_constant"], rel=1e-12)
+
+
+@pytest.mark.parametrize("idle", ["maxwell_slip", "elasto_plastic"])
+def test_presliding_that_has_nothing_to_replace_leaves_a_sliding_bristle_its_way(idle: str) -> None:
+    """reset_integrator carries its bristle along while it slides, as far as the level is: it had stayed where it gave way."""
+    times = np.linspace(0, 0.2, 401)
+    slip = {"slip_velocity": 0.05 * np.sin(20 * np.pi * times)}
+    own = {"position_dependence.friction": 0.5, "position_dependence.period": 1e-3, "position_dependence.phase": 0.7}
+    values = {**OUTSIDE, "friction_law": "reset_integrator", "relative_tolerance": 1e-6, "position_dependence.cogging": 0.0, **own}
+    names = ("friction_force", "bristle_deflection")
+    alone, beside = (follow(times, slip, values, on, *names) for on in (["position_dependence"], [idle, "position_dependence"]))
+    for name, without, with_it in zip(names, alone, beside, strict=True):
+        assert with_it == pytest.approx(without, abs=1e-5 * np.abs(without).max()), name

@@ -10,6 +10,7 @@ import pytest
 from asking import OUTSIDE, follow
 from driving import Values
 from evat.models.contact import ContactModel
+from evat.native import kernel
 from scipy.integrate import solve_ivp
 
 ON = ("maxwell_slip",)
@@ -143,3 +144,22 @@ def test_loads_that_are_stated_stand() -> None:
     stated = {f"maxwell_slip.load_{k}": 0.25 for k in range(1, 5)}
     _, force = shown([0.0, 1e-6], {"bristle_deflection": F_C / SIGMA0, **stated})
     assert force[0] == pytest.approx(0.25 * F_C, rel=1e-6)
+
+
+@pytest.mark.parametrize("exponent", [0.5, 2.0, 6.0])
+def test_however_the_laws_own_bristle_yields_the_elements_are_the_same(exponent: float) -> None:
+    """Their limit is what the bristle has in steady sliding, not what it strives for on its way there: that force was next to none."""
+    turns: list[float] = [0.0, 2e-5, 1.2e-5, 6e-5, 3e-5]
+    np.testing.assert_allclose(shown(turns, {"lugre.presliding_exponent": exponent})[1], elements(turns), atol=1e-6 * F_C)
+    bent = {"lugre.presliding_exponent": exponent, "bristle_deflection": 0.3 * F_C / SIGMA0}
+    assert shown([0.0, 1e-6], bent)[1][0] == pytest.approx(0.3 * F_C, rel=1e-6)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.4, 1.0])
+def test_bristles_that_heat_softens_leave_the_elements_as_much_as_they_have(share: float) -> None:
+    """Steady friction falls with s0, the stiffness that stands in the force, over P, by which bristles yield. What stands for them has
+    that limit, as the equation says."""
+    values: Values = {**LEVEL, **OWN, "maxwell_slip.share": share, "thermal_softening.k_Q": 0.4 * SIGMA0, "thermal_softening.Q": 0.0}
+    force = follow(np.array([0.0, 0.5]), {"slip_velocity": np.full(2, 4e-3)}, values, (*ON, "thermal_softening"), "friction_force")[0, -1]
+    assert force == pytest.approx(0.6 * F_C, rel=1e-8)
+    assert "share s0/P g(v) sum(y_k)/4" in next(effect.equation for effect in kernel.effects() if effect.name == "maxwell_slip")

@@ -11,9 +11,11 @@ from math import exp, pi, sin
 import lugre_1995 as published
 import numpy as np
 import pytest
-from asking import begun, follow
+from asking import OUTSIDE, begun, follow
 from driving import Values
 from evat import parameter_sets
+from evat.model import Run
+from evat.models.contact import ContactModel
 from scipy.integrate import solve_ivp
 
 GATE = ("elasto_plastic",)
@@ -170,3 +172,22 @@ def test_the_kernels_steps_hold_their_tolerance_at_the_gate() -> None:
     assert np.all(worst[3:] < 0.3 * (10 * tolerances[3:]) ** 0.6), worst
     assert np.all(typical < 3 * tolerances * (1e-3 / tolerances) ** 0.25), typical
     assert 0.6 < np.polyfit(np.log(tolerances), np.log(typical), 1)[0] < 1, typical
+
+
+@pytest.mark.parametrize("exponent", [0.6, 2.0, 4.0])
+def test_a_gate_without_a_share_leaves_the_law_to_yield_as_it_does(exponent: float) -> None:
+    """share = 0: all as in LuGre, with its presliding exponent; and in a block of contacts each goes by its own share."""
+    times = np.linspace(0, 0.04, 401)
+    run = Run(times, {"slip_velocity": 2e-3 * np.sin(100 * pi * times)}, ("friction_force", "dissipated_energy"))
+    values: Values = {**OUTSIDE, **BARE, "sigma1": 30.0, "lugre.presliding_exponent": exponent}
+    shares = np.array([0.0, 1.0, 0.0, 0.5])
+    model = ContactModel(threads=1)
+    together = model.simulate_many(run, GATE, {**values, "elasto_plastic.share": shares})
+    for name in run.outputs:
+        plain = model.simulate_many(run, (), values)[name][0]
+        assert together[name][0] == pytest.approx(plain, rel=1e-6, abs=1e-7 * np.abs(plain).max()), name
+        for lane, share in enumerate(shares):
+            alone = model.simulate_many(run, GATE, {**values, "elasto_plastic.share": float(share)})[name]
+            assert np.array_equal(together[name][lane], alone[0]), (name, share)
+        gated_alike = model.simulate_many(run, GATE, {**values, "elasto_plastic.share": 1.0, "lugre.presliding_exponent": 1.0})[name]
+        assert np.array_equal(together[name][1], gated_alike[0]), name

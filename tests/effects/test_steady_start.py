@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import evat
 import numpy as np
 import pytest
 from evat.model import Run
@@ -57,3 +58,30 @@ def test_what_stands_has_not_moved() -> None:
     for effect in ("backlash", "rate_and_state"):
         still, before = (followed(effect, start, slip=0.0) for start in ("steady", "at_rest"))
         assert all(np.array_equal(still[name], before[name]) for name in OUTPUTS)
+
+
+@pytest.mark.parametrize("period", [2.5e-5, 5e-5, 2.5e-4, 1e-3, 3e-3])
+@pytest.mark.parametrize("damping", [0.0, 1e-15])
+def test_a_dynamometer_without_damping_rests_under_the_force_of_the_start(period: float, damping: float) -> None:
+    """After whole periods it is where it was, wherever that is: a start that is sought by what a time leaves as it is began at 0 N."""
+    own = {"dynamometer_resonance.natural_period": period, "dynamometer_resonance.damping_ratio": damping}
+    given = {"kinematics": "external", "uncut_thickness": 1e-4, "slip_velocity": 0.01, "initial_state": "steady"}
+    cut = {"averaging": "cycle", "initial_state": "periodic"}
+    for values in (given, cut):
+        contact = evat.Contact({**values, **own}, on=["dynamometer_resonance"])
+        contact.start()
+        for name in ("friction_force", "principal_force", "feed_force"):
+            force, measured = contact.get(name), contact.get(f"measured_{name}")
+            assert measured == pytest.approx(force, rel=1e-12), (values, name)
+            assert contact.get(f"dynamometer_resonance.{name}_speed") == pytest.approx(0, abs=1e-6 * abs(force) / period)
+
+
+@pytest.mark.parametrize(("effect", "state"), [("proxy_lag", "proxy_lag.theta"), ("rate_and_state", "rate_and_state.memory")])
+def test_a_slack_that_is_taken_up_lets_the_others_settle_at_the_whole_slip(effect: str, state: str) -> None:
+    """They had settled at the millionth of it that a slack lets through before it is crossed."""
+    values = {"kinematics": "external", "uncut_thickness": 1e-4, "slip_velocity": -0.03, "initial_state": "steady", **LAGS[effect]}
+    alone, beside = (evat.Contact(values, on=on) for on in ([effect], [effect, "backlash"]))
+    alone.start()
+    beside.start()
+    assert beside.get(state) == pytest.approx(alone.get(state), rel=1e-12)
+    assert beside.get("backlash.place") == -1

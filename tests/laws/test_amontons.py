@@ -128,3 +128,26 @@ def test_what_raises_friction_raises_mu(effect: str, values: Values, along: floa
     assert ratio[ratio < 0] == pytest.approx(against, rel=1e-5)
     assert (ratio > 0).any()
     assert (ratio < 0).any()
+
+
+@pytest.mark.parametrize("late", [0.0, 5e-6, 1e-3])
+def test_a_load_that_has_come_to_nothing_is_measured_as_nothing(late: float) -> None:
+    """Both ends of a step without a force, and without a level to measure its bend by: 0/0, and steps without end."""
+    times = np.linspace(0, 0.02, 81)
+    load = np.interp(times, [0, 0.01, 0.02], [10, 0, 0])
+    contact = started({**GIVEN, "slip_velocity": 0.02, "normal_load": 10.0, "sensor_delay.time": late}, ("sensor_delay",))
+    shown = contact.run(times, {"normal_load": load}, ("measured_friction_force",))[:, 0]
+    assert shown == pytest.approx(0.5 * np.interp(times - late, times, load), rel=1e-6, abs=1e-9)
+
+
+@pytest.mark.parametrize("effect", ["holder_compliance", "amplitude_loss"])
+@pytest.mark.parametrize("phase", [1.0, 1.3])
+def test_a_chip_that_ends_between_passes_over_a_step_has_an_end(effect: str, phase: float) -> None:
+    """Where forces feed back, passes miss nothing of a friction that has vanished with its chip: 0/0, and steps without end. What does not
+    yield leaves all as it is."""
+    values = {**LAW, "phase_x": phase, "rake_angle": 0.1, "cutting_speed": 0.2}
+    stiff = {name: 0.0 for name in ("holder_compliance.compliance_x", "holder_compliance.compliance_y", "amplitude_loss.kappa")}
+    times, names = np.linspace(0, 1.5e-4, 31), ("friction_impulse", "dissipated_energy")
+    plain = started(values).run(times, {}, names)
+    assert started({**values, **stiff}, (effect,)).run(times, {}, names) == pytest.approx(plain, rel=1e-5, abs=1e-9)
+    assert np.isfinite(started(values, (effect,)).run(times, {}, names)).all()

@@ -69,16 +69,38 @@ static void rest_of(const struct Affine *move, int count, int lane, double x[UNK
     solve_linear(count, A, x);
 }
 
-/* The states of the n-th effect that a drive which does not change leaves as they are. h: any time. */
+/* The states of the n-th effect that a drive which does not change leaves as they are: its own rate is linear in them
+ * and 0 there. Its move over any time says less: one that vibrates without damping comes back after whole periods from
+ * wherever it was. States that have no rate are what a move over h makes of them. */
 static void rest_under(const struct Configuration *w, int n, double h, const struct Point *drive, lanes *state)
 {
-    struct Affine move;
-    affine_move(w, n, h, drive, &move);
+    const int count = w->on[n]->states;
+    lanes length, none[EFFECT_STATES] = {{0}}, half[EFFECT_STATES], left[EFFECT_STATES], by[EFFECT_STATES],
+                  slope[EFFECT_STATES][EFFECT_STATES];
+    EACH_LANE
+        length[i] = h;
+    w->on[n]->move(w->on_p[n], length, drive, drive, drive, (const lanes *)none, half, state);
+    w->on[n]->rate(w->on_p[n], drive, (const lanes *)state, left);
+    for (int k = 0; k < count; ++k) {
+        EACH_LANE
+            none[k][i] = 1;
+        w->on[n]->rate(w->on_p[n], &still, (const lanes *)none, by);
+        EACH_LANE
+            none[k][i] = 0;
+        for (int r = 0; r < count; ++r)
+            EACH_LANE
+                slope[r][k][i] = by[r][i];
+    }
     for (int i = 0; i < LANES; ++i) {
-        double rest[UNKNOWNS];
-        rest_of(&move, w->on[n]->states, i, rest);
-        for (int k = 0; k < w->on[n]->states; ++k)
-            state[k][i] = rest[k];
+        double A[UNKNOWNS][UNKNOWNS], x[UNKNOWNS];
+        for (int r = 0; r < count; ++r) {
+            x[r] = -left[r][i];
+            for (int k = 0; k < count; ++k)
+                A[r][k] = slope[r][k][i];
+        }
+        solve_linear(count, A, x);
+        for (int k = 0; k < count; ++k)
+            state[k][i] += x[k];
     }
 }
 
@@ -193,19 +215,19 @@ enum Status settle_states(struct Contact *contact)
     static const lanes now;
     lanes length, half[EFFECT_STATES], whole[EFFECT_STATES];
     struct Point x;
-    point_at(contact, &w, now, &x);
     EACH_LANE
         length[i] = SETTLING_TIME;
     for (int n = 0; n < w.on_count; ++n) {
         lanes *const state = x.state + w.on_state[n];
         if (!w.on[n]->settles)
             continue;
+        point_at(contact, &w, now, &x); /* under the slip that those of earlier stages let through in the end */
         w.on[n]->move(w.on_p[n], length, &x, &x, &x, (const lanes *)state, half, whole);
         for (int k = 0; k < w.on[n]->states; ++k)
             EACH_LANE
                 state[k][i] = whole[k][i];
+        store_states(contact, &w, &x);
     }
-    store_states(contact, &w, &x);
     enum Status status = kernel_event(contact); /* forces feel them */
     if (status == STATUS_OK && sensors_on(contact)) {
         lanes force[CHANNELS];

@@ -1,10 +1,11 @@
 /* Maxwell slip: presliding by four elements in parallel, which give way one after the other. Iwan 1966; generalised:
  * Lampaert, Al-Bender and Swevers 2003.
  *
- * Each carries a quarter of the limit g(v) that the friction law has in steady sliding, and gives way after a stroke of
- * its own: the longest and what a ratio makes of it, three times. So where a slip turned round within the stroke is
- * remembered until it is passed again, which one bristle does not do. Unlike Lampaert et al. an element that gives way
- * has the force of the limit at once, and one that sticks follows it, too.
+ * Each carries a quarter of the force that the friction law's bristle has in steady sliding, which its deflection g/P
+ * and the stiffness s0 make: g(v), or less of it where heat softens s0 alone. It gives way after a stroke of its own:
+ * the longest and what a ratio makes of it, three times. So where a slip turned round within the stroke is remembered
+ * until it is passed again, which one bristle does not do. Unlike Lampaert et al. an element that gives way has the
+ * force of the limit at once, and one that sticks follows it, too.
  */
 #include "effect.h"
 #include "stop_operator.h"
@@ -60,7 +61,7 @@ static double loaded(const lanes *p, int i, double way, double *load)
 static void begin(const lanes *p, const struct Point *x, lanes *state)
 {
     EACH_LANE {
-        const double bent = x->target[i] != 0 ? smaller(fabs(x->z[i] / x->target[i]), 1) : 0;
+        const double bent = x->steady[i] != 0 ? smaller(fabs(x->z[i] / x->steady[i]), 1) : 0;
         double load[ELEMENTS] = {0}, low = 0, high = 4 * p[STROKE][i]; /* where the last has given way */
         int stated = 0;
         for (int k = 0; k < ELEMENTS; ++k)
@@ -76,13 +77,14 @@ static void begin(const lanes *p, const struct Point *x, lanes *state)
     }
 }
 
-/* Of a law whose bristle strives for a target, s0 |target| is the limit; one without has nothing to replace. */
+/* Of a law whose bristle strives for a steady deflection, s0 times that is the limit, whatever way leads there; one
+ * without has nothing to replace. */
 static void replace(const lanes *p, const lanes *state, struct Point *x)
 {
     EACH_LANE {
-        const double share = x->target[i] != 0 ? p[SHARE][i] : 0;
+        const double share = x->steady[i] != 0 ? p[SHARE][i] : 0;
         const double load = (state[0][i] + state[1][i] + state[2][i] + state[3][i]) / (double)ELEMENTS;
-        x->instead[i] += share * x->s0[i] * fabs(x->target[i]) * load;
+        x->instead[i] += share * x->s0[i] * fabs(x->steady[i]) * load;
         x->kept[i] *= 1 - share;
         for (int k = 0; k < ELEMENTS; ++k)
             mark_side(x, i, share != 0 && gives_way(state[k][i], x->direction[i]));
@@ -148,8 +150,8 @@ static void rate(const lanes *p, const struct Point *x, const lanes *state, lane
 
 /* clang-format off */
 const struct Effect effect_maxwell_slip = {
-    .equation = "F = (1 - share) (s0 z + s1 dz/dt) + share g(v) sum(y_k)/4 + sigma2 v; dy_k/dt = v/d_k up to |y_k| = 1, "
-        "d_k = stroke/ratio^(4 - k), k = 1..4 (laws whose bristle relaxes)",
+    .equation = "F = (1 - share) (s0 z + s1 dz/dt) + share s0/P g(v) sum(y_k)/4 + sigma2 v; dy_k/dt = v/d_k up to "
+        "|y_k| = 1, d_k = stroke/ratio^(4 - k), k = 1..4 (laws whose bristle relaxes)",
     .signature = "force over position after a reversal bends in steps; a small loop within a large one closes, and goes "
         "on as if it had not been",
     .rivals = "elasto_plastic",

@@ -17,7 +17,7 @@ static const struct Variable variables[COUNT] = {
     [PRESLIDING_EXPONENT] = {.name = "lugre.presliding_exponent", .unit = "1", .start = 1, .min = 0.5, .max = 6,
         .neutral = 1, .causality = PARAMETER, .variability = TUNABLE,
         .meaning = "exponent of |z| over its steady value in the yielding of the bristles: 1 is LuGre's; the larger, the "
-            "later they yield; without a say where elasto_plastic is on",
+            "later they yield; without a say where elasto_plastic has a share",
         .source = "Canudas de Wit et al. 1995: 1; Wen 1976 (not read): the exponent n of the Bouc-Wen model"},
     [VISCOUS_EXPONENT] = {.name = "lugre.viscous_exponent", .unit = "1", .start = 1, .min = 0.2, .max = 3,
         .neutral = 1, .causality = PARAMETER, .variability = TUNABLE,
@@ -34,7 +34,7 @@ static const struct Variable variables[COUNT] = {
 static void prepare(const lanes *p, struct Configuration *w)
 {
     for (int i = 0; i < LANES; ++i) {
-        const double exponent = p[STRIBECK_EXPONENT][i], n = p[PRESLIDING_EXPONENT][i];
+        const double exponent = p[STRIBECK_EXPONENT][i], n = w->yielding[i] ? p[PRESLIDING_EXPONENT][i] : 1;
         w->flat_share[i] = exponent == 2 ? w->root_decayed[i] : power_of(w->decayed[i], 1 / exponent);
         w->damping_room[i] = n == 1 ? 4 : power_of(n + 1, (n + 1) / n) / n;
     }
@@ -99,7 +99,7 @@ static void yield(const lanes *p, struct Point *x)
     const double slack = 1e-4; /* of the steady deflection: below it an exponent under 1 has no finite rate */
     EACH_LANE {
         const double n = p[PRESLIDING_EXPONENT][i], most = fabs(x->target[i]);
-        const int yields = (n != 1) & (most != 0);
+        const int yields = (x->configuration->yielding[i] != 0) & (most != 0);
         const double share = power_of(larger(fabs(x->z[i]) / most, slack), n - 1), steep = larger(n * share, 1);
         const double target = (x->target[i] + (steep - share) * x->z[i]) / steep,
                      drive = x->drive[i] + (steep - share) * x->rate[i] * x->z[i], rate = x->rate[i] * steep;

@@ -22,11 +22,13 @@ static double moved_states(double allowed, const struct Point *x, const lanes *b
     return worst;
 }
 
-/* What passes may still miss of the forces [N]. */
+/* What passes may still miss of the forces [N]: never 0, so that where a load and all that is in proportion to it
+ * vanish, passes that miss nothing are done. */
 static double enough(const struct Configuration *w, const struct Point *x, int i)
 {
-    return 1e-3 * w->p[VAR_RELATIVE_TOLERANCE][i] *
-           larger(larger(x->F_C[i], x->F_S[i]), larger(fabs(x->F[i]), fabs(x->F_p[i])));
+    return larger(1e-3 * w->p[VAR_RELATIVE_TOLERANCE][i] *
+                      larger(larger(x->F_C[i], x->F_S[i]), larger(fabs(x->F[i]), fabs(x->F_p[i]))),
+                  1e-300);
 }
 
 /* What a pass may move, as the one before has left it. */
