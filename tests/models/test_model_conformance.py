@@ -26,6 +26,7 @@ from test_location import Turning
 from test_objective import Level
 from test_screen import Late
 from test_starts import Damped, Powered
+from test_toy_model import Twice
 from test_valleys import TwoValleys, identified
 from toy import Loud, Toy, measured
 
@@ -94,6 +95,8 @@ CASES = {
                               ("k", (1.0, 9.0, 11.0)), ("F", {"k": 9.0, "x": 0.5, "slip_velocity": 0.1})),
     "toy with a lag": Case(lambda _: Late(), {"k": 9.0, "late.T": 0.01}, Run(TIMES, {"x": SLIP}, ("F",)), ("late",),
                            ("k", (1.0, 9.0, 11.0)), ("F", {"k": 9.0, "x": 0.5})),
+    "toy of two sensors": Case(lambda _: Twice(), {"k": 9.0, "bend.c": 0.3}, Run(TIMES, {"x": SLIP}, ("F", "G")), ("bend",),
+                               ("k", (1.0, 9.0, 11.0)), ("F", {"k": 9.0, "x": 0.5})),
     "two valleys": Case(lambda _: TwoValleys(), {"p": 1.5}, Run(TIMES, {}, ("F",)), (), ("q", (1.0, 5.0, 9.0)), ("F", {"p": 1.0})),
     "force and torque": Case(lambda _: Level(), {"q": 4.0}, Run(TIMES, {}, ("F", "M")), (), ("q", (1.0, 5.0, 9.0)), ("F", {"q": 4.0})),
 }  # fmt: skip
