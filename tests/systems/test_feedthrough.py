@@ -85,3 +85,9 @@ def test_means_are_over_all_steps_from_the_middle_on() -> None:
     _, loop = follow([Affine(1.0)], [1], 1.0, averaged_from=0.45)
     assert loop.means() == pytest.approx([5.5 / 6])
     assert np.isnan(follow([Affine(1.0)], [1], 1.0)[1].means()).all()
+
+
+def test_a_step_that_ends_at_the_middle_but_for_roundings_is_not_averaged() -> None:
+    """The third ends at 3 * 0.1 s, which is 4e-17 s more than 0.3 s: it was averaged, too."""
+    _, loop = follow([Affine(1.0)], [1], 1.0, averaged_from=0.3)
+    assert loop.means() == pytest.approx([5.5 / 7])
