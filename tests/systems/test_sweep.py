@@ -122,6 +122,12 @@ def test_a_speed_that_the_speed_ratio_does_not_follow_is_the_axis_itself() -> No
     assert drawn_over("spindle.speed_set", "rad/s", places, [0.5, np.nan, 2.0, 4.0])[0][:3] == [0.5, 2.0, 4.0]  # one run failed
 
 
+def test_what_was_run_beside_is_drawn_over_its_own_speed_ratio() -> None:
+    """With twice the radius dashed runs of twice the ratio stood at that of the others; one without vibration has none."""
+    beside = [0.32, 0.0, 1.27]
+    assert drawn_over("spindle.speed_set", "rad/s", [5.0, 10.0, 20.0], [0.16, 0.3, 0.6], beside) == [[0.16, 0.3, 0.6], [0.3, 0.32, 1.27]]
+
+
 def test_the_command_writes_table_and_map(systems: dict[str, Path], tmp_path: Path) -> None:
     to = tmp_path / "sweep.csv"
     grid = ["--over", "contact=regularised/copper,regularised/al-7075-t6", "--over", "contact.amplitude_x=4 um,6 um"]

@@ -148,6 +148,9 @@ class Sweep(NamedArrays):
             made = {}
             for rest in rests:
                 over = abscissa if ratio is None else _line(self[ratio], rest)
+                if ratio is not None and rows is self.beside:
+                    own = _line(self._grid(ratio, rows), rest)
+                    over = np.where(np.isfinite(own) & (own != 0), own, over)  # without vibration there is none to speak of
                 words = ", ".join(each.texts[place] for each, place in zip(self.axes[1:], rest, strict=True))
                 order = np.argsort(over)
                 made[words] = over[order], _line(self._grid(name, rows), rest)[order]
