@@ -222,11 +222,16 @@ def axis_of(system: System, names: str, wanted: Sequence[float | str], where: st
 
 
 def check_axes(axes: Sequence[SweepAxis]) -> None:
-    """ParameterError where one axis hides another: later values stand over earlier ones."""
+    """ParameterError where one axis hides another, or a variable that it names: later values stand over earlier ones. A parameter set may
+    be varied by an axis after it, as long as that leaves some of it."""
     names = [{(component, name) for place in each.values for component, values in place.items() for name in values} for each in axes]
     for (earlier, hidden), (later, over) in itertools.combinations(zip(axes, names, strict=True), 2):
         if hidden <= over:
             raise ParameterError(f"the axis {later.label} sets all that {earlier.label} does, and would hide it: sweep over each once.")
+        if "." in earlier.label and (both := sorted(map(".".join, hidden & over))):
+            raise ParameterError(
+                f"the axis {later.label} sets {', '.join(both)}, too, and would hide what {earlier.label} sets there: sweep over each once."
+            )
 
 
 def check_beside_axes(axes: Sequence[SweepAxis], values: Values) -> None:
