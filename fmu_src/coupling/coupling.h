@@ -46,6 +46,7 @@ struct Member {
     const int *sources;  /* of the inputs, among the signals */
     double *held, *ahead; /* the inputs as they were last set, and as they are at the end of the step */
     double *told;         /* over the step: their rates or their mean */
+    double *largest;      /* that each has been while outputs that follow at once settle */
     const struct Outputs *outputs;
 };
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import Literal
 
 import evat
 import numpy as np
@@ -123,6 +124,23 @@ def test_indices_of_a_sum_are_the_shares_of_its_variance() -> None:
     assert float(data["total"].sel(output="friction_force", parameter="F_C")) == indices["friction_force"][0]
     (axis,) = indices.plot().axes
     assert [text.get_text() for text in axis.get_yticklabels()] == ["F_C", "sigma2", "ambient_temperature"]
+
+
+@pytest.mark.parametrize("of", ["mean", "rms"])
+def test_indices_of_a_mean_are_those_of_its_time(of: Literal["mean", "rms"], monkeypatch: pytest.MonkeyPatch) -> None:
+    """99 of 101 samples are in the first hundredth of the time, at a slip that feels F_S alone; the rest of it is viscous."""
+    pytest.importorskip("SALib")
+    times = np.concatenate([np.linspace(0, 0.01, 100), [1.0]])
+    slip = np.interp(times, [0, 0.0099, 0.01, 1.0], [0.001, 0.001, 1.0, 1.0])
+    run = evat.Run(times, {"slip_velocity": slip}, ("friction_force",))
+    held, bounds = {"kinematics": "external", "friction_law": "lugre"}, {"F_S": (5.0, 40.0), "sigma2": (0.0, 10.0)}
+    told: list[float] = []
+    indices = evat.sobol(run, held, bounds, of=of, samples=64, progress=told.append)
+    assert indices["friction_force"] == pytest.approx([0.0, 1.0], abs=0.01)
+    assert told[-1] == 1
+    monkeypatch.setattr("evat.studies.sobol.NUMBERS_AT_ONCE", 1000)
+    parts = evat.sobol(run, held, bounds, of=of, samples=64, progress=told.append)
+    assert parts["friction_force"].tolist() == indices["friction_force"].tolist()
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import evat
+import numpy as np
 import pandas as pd
 import pytest
 from browser import check_layout
@@ -221,3 +222,30 @@ def test_a_recorded_position_is_shown_as_one(tmp_path: Path) -> None:
     slip = next(row for row in channels_of(scan).rows if row[0].startswith("slip_velocity"))
     assert (slip[0], slip[-1]) == ("slip_velocity (its position)", "250 mm")
     assert all("mm" in row[5] for row in trials_of(scan).rows)
+
+
+def test_the_rms_of_a_temperature_is_told_in_kelvins(tmp_path: Path) -> None:
+    """Half the time at 0 degC, half at 200: 386.3 K, which was shown as 113.2 degC, neither the rms nor the mean of the column."""
+    from evat.models.contact import ContactModel
+    from evat.plots.experiment_page import channels_of, trials_of
+
+    times = np.arange(0, 2, 0.001)
+    temperature, slip = np.where(times < 1, 0.0, 200.0), 0.1 * np.sin(times)
+    columns = {"time [s]": times, "slip [m/s]": slip, "temperature [degC]": temperature, "force [N]": 5 * np.tanh(100 * slip)}
+    pd.DataFrame(columns).to_csv(tmp_path / "a.csv", index=False)
+    signals = {
+        "time": "time [s]",
+        "slip_velocity": "slip [m/s]",
+        "contact_temperature": "temperature [degC]",
+        "friction_force": "force [N]",
+    }
+    lines = ["format = 1", 'title = "warm"', "[nominal]", 'friction = "lugre"', 'kinematics = "external"', "values = { F_C = 5.0 }"]
+    for name, column in signals.items():
+        lines += [f"[signals.{name}]", f'column = "{column}"', f'unit = "{column.split("[")[1][:-1]}"']
+        lines += [] if name == "time" else [f'role = "{"output" if name == "friction_force" else "input"}"']
+    (tmp_path / "experiment.toml").write_text("\n".join([*lines, "[[trials]]", 'file = "a.csv"', 'condition = "one"', ""]))
+    scan = scan_experiment(tmp_path, ContactModel())
+    place = trials_of(scan).heads.index("rms contact temperature")
+    assert trials_of(scan).rows[0][place] == "386.3 K"
+    assert trials_of(scan).rows[0][place - 1] == "0.0771 m/s"
+    assert next(row for row in channels_of(scan).rows if row[0] == "contact_temperature")[-2:] == ("0 degC", "200 degC")

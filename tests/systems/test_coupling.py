@@ -11,6 +11,7 @@ import pytest
 from coupled import motion, order, run
 from evat import parameter_sets
 from evat.native import kernel
+from evat.native.coupling import Coupling
 from evat.systems.couple import Coupled, Given, plan
 from evat.systems.declared import load
 from evat.systems.model import Connector, SspError
@@ -193,6 +194,25 @@ def test_vibration_lowers_the_forces_the_more_the_slower_the_cut(systems: dict[s
     assert duty[-1] == pytest.approx(1, abs=1e-9)
     assert 0.45 < thrust[-2] < 0.52  # at HSR = 0.99 friction still reverses, so thrust is far from conventional
     assert (principal[-1], thrust[-1]) == pytest.approx((0.955, 1), abs=5e-3)  # chip thinner by b = 5 um of 100 um; no reversal left
+
+
+def test_an_input_keeps_its_own_start_until_its_source_is_shown(
+    systems: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The contact is set before the heat that warms it: it was set to 0 K, and a contact that divides by it had failed at the start."""
+    seen, set_inputs = list[np.ndarray](), Coupling.set
+
+    def noting(loop: Coupling, member: int) -> None:
+        seen.append(loop.signals.copy())
+        set_inputs(loop, member)
+
+    monkeypatch.setattr(Coupling, "set", noting)
+    system = read(systems["evat_turning"], tmp_path / "in")
+    with Coupled(system) as coupled:
+        trace, _ = coupled.run(plan(system, stop=1e-6))
+    temperature, speed = (coupled.signals[at] for at in (("heat", "contact_temperature"), ("spindle", "cutting_speed")))
+    assert (seen[0][temperature], seen[0][speed]) == (293.15, pytest.approx(1 / 6))
+    assert seen[-1][speed] == trace["spindle.cutting_speed"][0] != seen[0][speed]  # once shown, that of its source
 
 
 def test_an_input_that_nothing_feeds_is_told(systems: dict[str, Path]) -> None:

@@ -67,6 +67,19 @@ def test_a_loop_that_contracts_settles(gain: float) -> None:
     assert table == pytest.approx(np.full((2, 11), 1 / (1 - gain)), rel=1e-8)
 
 
+@pytest.mark.parametrize("gain", [0.5, -0.5])
+def test_a_loop_settles_at_0_too(gain: float) -> None:
+    """Each pass leaves a quarter of what there was, however little that is: it was said not to settle, at 1e-133."""
+    parts = [Affine(gain), Affine(gain)]
+    loop = Coupling([part.fmu for part in parts], [[1], [0]], [[0], [1]], 0)
+    loop.signals[:] = 1.0
+    loop.set(0)
+    loop.set(1)
+    loop.show(0)
+    loop.settle()
+    assert loop.signals == pytest.approx(np.zeros(2), abs=1e-9)
+
+
 @pytest.mark.parametrize("gain", [2.0, -2.0, 1.0])
 def test_a_loop_that_does_not_settle_is_said_to_be_one(gain: float) -> None:
     """1.8e11 came from one whose answer is a third, and the run went on."""
@@ -85,3 +98,9 @@ def test_means_are_over_all_steps_from_the_middle_on() -> None:
     _, loop = follow([Affine(1.0)], [1], 1.0, averaged_from=0.45)
     assert loop.means() == pytest.approx([5.5 / 6])
     assert np.isnan(follow([Affine(1.0)], [1], 1.0)[1].means()).all()
+
+
+def test_a_step_that_ends_at_the_middle_but_for_roundings_is_not_averaged() -> None:
+    """The third ends at 3 * 0.1 s, which is 4e-17 s more than 0.3 s: it was averaged, too."""
+    _, loop = follow([Affine(1.0)], [1], 1.0, averaged_from=0.3)
+    assert loop.means() == pytest.approx([5.5 / 7])

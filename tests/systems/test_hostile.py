@@ -607,7 +607,13 @@ def test_axes_that_hide_one_another_or_mix_units_are_refused(systems: dict[str, 
     twice = [axis(system, "spindle.speed_set=2,3"), axis(system, "spindle.speed_set=4:5:2")]
     with pytest.raises(ParameterError, match="would hide it"):
         check_axes(twice)
-    check_axes([axis(system, "contact=regularised/copper"), axis(system, "contact.amplitude_x=3 um,6 um")])
+    sets, amplitude = axis(system, "contact=regularised/copper"), axis(system, "contact.amplitude_x=3 um,6 um")
+    check_axes([sets, amplitude])
+    both, phase = axis(system, "contact.amplitude_x,contact.amplitude_y=3 um,6 um"), axis(system, "contact.phase_y=0,1")
+    other = axis(system, "contact.amplitude_y,contact.feed=3 um,6 um")
+    for overlapping in ([both, amplitude], [amplitude, both], [both, other], [both, phase, other]):
+        with pytest.raises(ParameterError, match="would hide"):  # rows of the table had told a value that was not run
+            check_axes(overlapping)
 
 
 def test_flags_of_foreign_fmus_are_heeded(systems: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

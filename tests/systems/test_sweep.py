@@ -12,7 +12,7 @@ from evat.files.table import read_table, read_texts
 from evat.model import ParameterError
 from evat.systems.model import SspError
 from evat.systems.ssp.read import read
-from evat.systems.sweep import Row, axis, sweep, worth
+from evat.systems.sweep import Row, Sweep, SweepAxis, axis, sweep, worth
 from typer.testing import CliRunner
 
 WISHES = {"stop": 0.05, "step": 1e-3}
@@ -96,6 +96,36 @@ def test_axes_that_make_no_sense(systems: dict[str, Path], tmp_path: Path) -> No
     ):
         with pytest.raises((ParameterError, SspError), match=match):
             axis(system, text)
+
+
+def rows_with(ratios: list[float]) -> tuple[Row, ...]:
+    """Runs of a cut that show these speed ratios."""
+    means = [{"contact.speed_ratio": ratio, "contact.mean_feed_force": float(n)} for n, ratio in enumerate(ratios)]
+    return tuple(Row((n,), each, "") for n, each in enumerate(means))
+
+
+def drawn_over(name: str, unit: str, places: list[float], ratios: list[float], beside: list[float] | None = None) -> list[list[float]]:
+    """Where the lines of a plot have their points."""
+    over = SweepAxis(name, unit, tuple(map(repr, places)), tuple({"contact": {}} for _ in places))
+    units = {"contact.speed_ratio": "1", "contact.mean_feed_force": "N"}
+    swept = Sweep((over,), rows_with(ratios), units, rows_with(beside or []))
+    return [line.get_xdata().tolist() for line in swept.plot("contact.mean_feed_force").axes[0].lines]
+
+
+def test_a_speed_that_the_speed_ratio_does_not_follow_is_the_axis_itself() -> None:
+    """Four Stribeck velocities stood at one speed ratio, in whatever order: the feed force only just brakes the spindle."""
+    places = [0.005, 0.01, 0.02, 0.04]
+    hardly = [0.26522558 * (1 + 1e-7 * n) for n in range(4)]
+    assert drawn_over("contact.v_s", "m/s", places, hardly) == [pytest.approx([5, 10, 20, 40])]  # mm/s
+    assert drawn_over("spindle.speed_set", "rad/s", places, [4.0, 3.0, 5.0, 6.0]) != [[3.0, 4.0, 5.0, 6.0]]
+    assert drawn_over("spindle.speed_set", "rad/s", places, [0.5, 1.0, 2.0, 4.0]) == [[0.5, 1.0, 2.0, 4.0]]
+    assert drawn_over("spindle.speed_set", "rad/s", places, [0.5, np.nan, 2.0, 4.0])[0][:3] == [0.5, 2.0, 4.0]  # one run failed
+
+
+def test_what_was_run_beside_is_drawn_over_its_own_speed_ratio() -> None:
+    """With twice the radius dashed runs of twice the ratio stood at that of the others; one without vibration has none."""
+    beside = [0.32, 0.0, 1.27]
+    assert drawn_over("spindle.speed_set", "rad/s", [5.0, 10.0, 20.0], [0.16, 0.3, 0.6], beside) == [[0.16, 0.3, 0.6], [0.3, 0.32, 1.27]]
 
 
 def test_the_command_writes_table_and_map(systems: dict[str, Path], tmp_path: Path) -> None:

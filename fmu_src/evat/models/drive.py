@@ -235,6 +235,11 @@ class Driver:
             not three and bool(self.description.coSimulation.canInterpolateInputs),
         )
 
+    def start_of(self, name: str) -> float:
+        """What a real input is until something sets it."""
+        start = self.variables[name].start
+        return 0.0 if start is None else float(start)
+
     def _address(self, function: str) -> int:
         address = ctypes.cast(getattr(self._fmu.dll, function), ctypes.c_void_p).value
         return address or 0

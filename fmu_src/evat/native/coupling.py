@@ -154,7 +154,7 @@ class Coupling:
             self._function(kept.set_slopes, member, "fmi2SetRealInputDerivatives")
         kept.inputs, kept.sources = self._new("uint32_t[]", list(member.inputs)), self._new("int[]", list(sources))
         kept.orders = self._new("int[]", [1] * count)
-        kept.held, kept.ahead, kept.told = (self._new("double[]", max(1, count)) for _ in range(3))
+        kept.held, kept.ahead, kept.told, kept.largest = (self._new("double[]", max(1, count)) for _ in range(4))
         calls: dict[tuple[str, str], list[tuple[int, int]]] = {}
         for output, place in zip(member.outputs, places, strict=True):
             calls.setdefault((output.function, output.form), []).append((output.reference, place))

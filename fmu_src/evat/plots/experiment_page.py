@@ -19,7 +19,7 @@ from evat.headline import Headline
 from evat.native import kernel
 from evat.plots.cycles import inline
 from evat.plots.experiment import drawn
-from evat.units import display
+from evat.units import affine, display
 
 PAGE = "experiment.html"  # in the folder of an experiment
 LARGE_ZERO = 0.2  # of the root mean square of its channel: a zero that may be off by more is hardly meant
@@ -49,6 +49,14 @@ def _recorded(value: float, signal: Signal, signals: Mapping[str, Signal]) -> st
     return display(value, replace(kernel.variable(signal.name), unit="m", display_unit=length), digits=4)
 
 
+def _rms(value: float, signal: Signal, signals: Mapping[str, Signal]) -> str:
+    """Root mean square of what was recorded: from the zero of SI, so in SI where the column counts from another, as degC does."""
+    known = as_typed(kernel.variable(signal.name), signals)
+    if affine(known.unit, known.display_unit or known.unit)[1] != 0:
+        return display(value, replace(known, display_unit=known.unit), digits=4)
+    return _recorded(value, signal, signals)
+
+
 def _label(signal: Signal) -> str:
     return f"{signal.name} (its position)" if signal.of == POSITION else signal.name
 
@@ -72,7 +80,7 @@ def trials_of(scan: Scan) -> PrintedTable:
         if trial.longest > EVEN * trial.shortest:
             rate += f" (steps {trial.shortest:.3g} to {trial.longest:.3g} s)"
         facts = (trial.file, trial.condition, str(trial.rows), f"{trial.begin:g}, {trial.end:g}", rate)
-        rows.append((*facts, *(_recorded(trial.rms[signal.name], signal, signals) for signal in recorded)))
+        rows.append((*facts, *(_rms(trial.rms[signal.name], signal, signals) for signal in recorded)))
     heads = ("file", "condition", "rows", "from, to [s]", "rate [Hz]", *(f"rms {_label(signal).replace('_', ' ')}" for signal in recorded))
     return PrintedTable(scan.document.title, heads, tuple(rows))
 

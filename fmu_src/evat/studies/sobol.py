@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
+from scipy.integrate import trapezoid
 
 from evat.model import EvatError, FloatArray, NamedArrays, ParameterError, Run, SimulationError
 from evat.native import kernel
@@ -14,15 +15,17 @@ from evat.native.batch import run_many
 from evat.units import to_si
 
 Reduction = Literal["mean", "rms", "last", "max", "min"]
-REDUCTIONS: dict[str, Callable[[FloatArray], FloatArray]] = {
-    "rms": lambda rows: np.sqrt(np.mean(rows**2, axis=-1)),
-    "last": lambda rows: rows[:, -1],
-    "max": lambda rows: np.max(rows, axis=-1),
-    "min": lambda rows: np.min(rows, axis=-1),
+REDUCTIONS: dict[str, Callable[[FloatArray, FloatArray], FloatArray]] = {  # of rows and their times
+    "mean": lambda rows, times: _over_time(rows, times),
+    "rms": lambda rows, times: np.sqrt(_over_time(rows**2, times)),
+    "last": lambda rows, _: rows[:, -1],
+    "max": lambda rows, _: np.max(rows, axis=-1),
+    "min": lambda rows, _: np.min(rows, axis=-1),
 }
 CONFIDENCE = 0.95
 KINDS = ("S1", "S1_conf", "ST", "ST_conf")  # by the names of SALib
 MOST_SETS = 2_000_000
+NUMBERS_AT_ONCE = 10_000_000  # of rows that are held
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)
@@ -144,7 +147,7 @@ def sobol(
     on : sequence of str
         Effects that are on.
     of : "mean", "rms", "last", "max" or "min"
-        What of an output over time is looked at.
+        What of an output is looked at; means are over the time, also where samples are not even.
     samples : int
         Base points of the design, a power of 2; it takes samples * (parameters + 2) runs.
     seed : int
@@ -181,8 +184,8 @@ def sobol(
     >>> indices.parameters, indices.runs
     (('F_C', 'sigma2'), 256)
     """
-    if of not in ("mean", *REDUCTIONS):
-        raise ParameterError(f"of = {of!r}: allowed are mean, {', '.join(REDUCTIONS)}.")
+    if of not in REDUCTIONS:
+        raise ParameterError(f"of = {of!r}: allowed are {', '.join(REDUCTIONS)}.")
     if samples < 2 or samples & (samples - 1) or samples * (len(parameters) + 2) > MOST_SETS:
         raise ParameterError(f"samples = {samples}: a power of 2 is needed, from 2 on, and at most {MOST_SETS} runs in all.")
     if not parameters:
@@ -191,21 +194,33 @@ def sobol(
     sampler, analyzer = _salib()
     problem = {"num_vars": len(bounds), "names": list(bounds), "bounds": [list(pair) for pair in bounds.values()]}
     design = np.asarray(sampler.sample(problem, samples, calc_second_order=False, seed=seed))
-    sets: dict[str, float | str | FloatArray] = {**values, **{name: design[:, place].copy() for place, name in enumerate(bounds)}}
     wanted = replace(run, outputs=tuple(run.outputs))
-    if of == "mean":
-        batch = run_many(wanted, sets, on, give="sums", threads=threads, progress=progress)
-        answers = {name: column / run.times.size for name, column in batch.sums.items()}
-    else:
-        batch = run_many(wanted, sets, on, at=run.times[-1:] if of == "last" else None, threads=threads, progress=progress)
-        answers = {name: REDUCTIONS[of](rows) for name, rows in batch.rows.items()}
-    if batch.failed:
-        place, why = next(iter(batch.failed.items()))
-        there = ", ".join(f"{name} = {design[place, at]:.6g}" for at, name in enumerate(bounds))
-        raise SimulationError(f"{len(batch.failed)} of {batch.count} runs failed, the first at {there}: {why}. Narrow the bounds.")
+    parts = list[dict[str, FloatArray]]()
+    at_once = max(1, NUMBERS_AT_ONCE // max(1, run.times.size * len(wanted.outputs)))
+    for begin in range(0, len(design), at_once):
+        part = design[begin : begin + at_once]
+        sets: dict[str, float | str | FloatArray] = {**values, **{name: part[:, place].copy() for place, name in enumerate(bounds)}}
+        kept = run.times[-1:] if of == "last" else None
+        batch = run_many(wanted, sets, on, at=kept, threads=threads, progress=_part(progress, begin, len(part), len(design)))
+        if batch.failed:
+            place, why = next(iter(batch.failed.items()))
+            there = ", ".join(f"{name} = {part[place, at]:.6g}" for at, name in enumerate(bounds))
+            raise SimulationError(f"{len(batch.failed)} of {batch.count} runs failed, the first at {there}: {why}. Narrow the bounds.")
+        parts.append({name: REDUCTIONS[of](rows, run.times) for name, rows in batch.rows.items()})
+    answers = {name: np.concatenate([part[name] for part in parts]) for name in wanted.outputs}
     indices = {name: _indices(analyzer, problem, answer, seed) for name, answer in answers.items()}
     first, first_error, total, total_error = ({name: index[kind] for name, index in indices.items()} for kind in KINDS)
-    return SobolIndices(tuple(bounds), bounds, first, first_error, total, total_error, of, batch.count)
+    return SobolIndices(tuple(bounds), bounds, first, first_error, total, total_error, of, len(design))
+
+
+def _over_time(rows: FloatArray, times: FloatArray) -> FloatArray:
+    """Means of rows that go straight from sample to sample."""
+    return np.asarray(trapezoid(rows, times, axis=-1) / (times[-1] - times[0]))
+
+
+def _part(progress: Callable[[float], None] | None, begin: int, size: int, of_all: int) -> Callable[[float], None] | None:
+    """Told the share that is done of a part, it tells that of all."""
+    return None if progress is None else lambda share: progress((begin + share * size) / of_all)
 
 
 def _bounds(name: str, pair: tuple[float | str, float | str], run: Run) -> tuple[float, float]:

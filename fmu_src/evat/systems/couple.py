@@ -289,8 +289,11 @@ class Coupled:
         )
         loop.signals[self._from_record :] = self.given.at(np.array([plan.start]))[0]
         try:
-            for n in range(len(self.members)):
+            for n, member in enumerate(self.members):
                 doing = "first inputs"
+                for name, place in member.sources.items():
+                    if self._shown_after(place, n):
+                        loop.signals[place] = member.driver.start_of(name)
                 loop.set(n)
                 doing = "first outputs"
                 loop.show(n)
@@ -303,6 +306,10 @@ class Coupled:
         except (CallFailed, NotFinite, NotSettled) as failed:
             raise self._failed(doing, failed) from failed
         return loop
+
+    def _shown_after(self, place: int, n: int) -> bool:
+        """Whether the n-th member or a later one shows this signal: until then an input keeps its own start, where 0 may be none."""
+        return any(place in member.places.values() for member in self.members[n:])
 
     def _bond(self, bond: Bond) -> Ends:
         names = [member.name for member in self.members]

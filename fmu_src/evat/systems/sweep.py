@@ -32,7 +32,8 @@ NOT_RUN = "not run: the sweep was stopped"
 MAPPED = ("mean_principal_force", "mean_feed_force", "mean_contact_ratio")  # of a cut
 RATIO = "speed_ratio"
 RATIO_LABEL = "speed ratio HSR = cutting speed over the highest speed of the vibration"
-SPEEDS = ("m/s", "rad/s")  # of which the speed ratio is a measure
+SPEEDS = ("m/s", "rad/s")  # of which the speed ratio may be a measure
+FOLLOWS = 0.01  # of the relative change of an axis
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,7 +128,7 @@ class Sweep(NamedArrays):
     def plot(self, *names: str) -> Any:
         """A matplotlib Figure: means over the first axis, a line for each place on the others. What stood beside the grid is dashed.
 
-        Where the first axis is a speed and the system shows a speed ratio, over that. Without names it chooses, and says what is left out.
+        Where the first axis is a speed that a shown speed ratio follows, over that. Without names it chooses, and says what is left out.
         """
         from evat.notebook.choice import chosen, left_out
         from evat.notebook.panels import label, over_axis, prefixed
@@ -136,15 +137,20 @@ class Sweep(NamedArrays):
         told = [name for name in columns if name.rpartition(".")[2] in MAPPED]
         shown = list(names) or told or chosen({name: column.ravel() for name, column in columns.items()})
         first, numbers = self.axes[0], self.axes[0].numbers
-        ratio = next((name for name in self if name.rpartition(".")[2] == RATIO), None) if first.unit in SPEEDS else None
+        ratio = next((name for name in self if name.rpartition(".")[2] == RATIO), None)
         scale, shown_unit = (1.0, first.unit) if numbers is None else prefixed(numbers, first.unit)
         abscissa = np.arange(len(first.texts), dtype=np.float64) if numbers is None else scale * numbers
         rests = list(itertools.product(*(range(len(each.texts)) for each in self.axes[1:])))
+        if ratio is not None and (first.unit not in SPEEDS or not all(_follows(_line(self[ratio], rest), numbers) for rest in rests)):
+            ratio = None
 
         def lines(name: str, rows: Sequence[Row]) -> dict[str, tuple[FloatArray, FloatArray]]:
             made = {}
             for rest in rests:
                 over = abscissa if ratio is None else _line(self[ratio], rest)
+                if ratio is not None and rows is self.beside:
+                    own = _line(self._grid(ratio, rows), rest)
+                    over = np.where(np.isfinite(own) & (own != 0), own, over)  # without vibration there is none to speak of
                 words = ", ".join(each.texts[place] for each, place in zip(self.axes[1:], rest, strict=True))
                 order = np.argsort(over)
                 made[words] = over[order], _line(self._grid(name, rows), rest)[order]
@@ -169,6 +175,17 @@ def _line(grid: FloatArray, rest: tuple[int, ...]) -> FloatArray:
     """The numbers along the first axis at one place on the others."""
     line: FloatArray = np.moveaxis(grid, 0, -1)[rest]
     return line
+
+
+def _follows(line: FloatArray, numbers: FloatArray | None) -> bool:
+    """Whether a line rises or falls at every step along an axis, by no small share of what the axis does: a Stribeck velocity moves a
+    cutting speed, too, by the force that brakes the spindle."""
+    ran = np.isfinite(line)
+    if numbers is None or not ran.any():
+        return False
+    order = np.argsort(numbers[ran])
+    shares = [np.diff(each[ran][order]) / max(np.abs(each[ran]).max(), np.finfo(float).tiny) for each in (line, numbers)]
+    return bool(np.all(shares[0] > FOLLOWS * shares[1]) or np.all(-shares[0] > FOLLOWS * shares[1]))
 
 
 def axis(system: System, text: str) -> SweepAxis:
@@ -205,11 +222,16 @@ def axis_of(system: System, names: str, wanted: Sequence[float | str], where: st
 
 
 def check_axes(axes: Sequence[SweepAxis]) -> None:
-    """ParameterError where one axis hides another: later values stand over earlier ones."""
+    """ParameterError where one axis hides another, or a variable that it names: later values stand over earlier ones. A parameter set may
+    be varied by an axis after it, as long as that leaves some of it."""
     names = [{(component, name) for place in each.values for component, values in place.items() for name in values} for each in axes]
     for (earlier, hidden), (later, over) in itertools.combinations(zip(axes, names, strict=True), 2):
         if hidden <= over:
             raise ParameterError(f"the axis {later.label} sets all that {earlier.label} does, and would hide it: sweep over each once.")
+        if "." in earlier.label and (both := sorted(map(".".join, hidden & over))):
+            raise ParameterError(
+                f"the axis {later.label} sets {', '.join(both)}, too, and would hide what {earlier.label} sets there: sweep over each once."
+            )
 
 
 def check_beside_axes(axes: Sequence[SweepAxis], values: Values) -> None:
