@@ -636,3 +636,8 @@ class _Constants(ConstantTable):
 
 
 CONSTANTS = _Constants()
+
+# Of the constants that say how other worlds differ: the world of simulated cases is the library's own.
+OWN_WORLD: Mapping[str, Value] = MappingProxyType(
+    {"evidence_of_other_forms": 1.0, "score_of_other_forms": 1.0, "gap_elsewhere": 0.0, "unknown_elsewhere": 0.0}
+)

@@ -13,7 +13,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from scipy.optimize import minimize
 
-from evat.constants import CONSTANTS
+from evat.constants import CONSTANTS, OWN_WORLD
 from evat.gap.verdict.constants import Constants
 from evat.gap.verdict.features import Features
 from evat.gap.verdict.judgement import MISTUNED, NO_GAP, UNKNOWN, judge
@@ -22,8 +22,6 @@ from evat.model import FloatArray
 
 BY_HYPOTHESIS = tuple(each.name for each in fields(Features) if "Hypothesis" in str(each.type))  # features that each hypothesis has
 POSITIVE = {field.name for field in fields(Constants)} - {"gap_offset", "structure_offset", "unknown_offset"}
-# Of constants that say how other worlds differ: the world of simulated cases is the library's own.
-OWN_WORLD = {"evidence_of_other_forms": 1.0, "score_of_other_forms": 1.0, "gap_elsewhere": 0.0, "unknown_elsewhere": 0.0}
 
 
 @dataclass(frozen=True)
