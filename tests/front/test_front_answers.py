@@ -143,6 +143,15 @@ def test_indices_of_a_mean_are_those_of_its_time(of: Literal["mean", "rms"], mon
     assert parts["friction_force"].tolist() == indices["friction_force"].tolist()
 
 
+@pytest.mark.parametrize("of", ["mean", "rms", "last"])
+def test_of_one_sample_the_mean_is_what_it_is(of: Literal["mean", "rms", "last"]) -> None:
+    pytest.importorskip("SALib")
+    run = evat.Run(np.zeros(1), {"slip_velocity": np.full(1, 0.1)}, ("friction_force",))
+    held = {"kinematics": "external", "friction_law": "coulomb"}
+    indices = evat.sobol(run, held, {"F_C": (5.0, 10.0), "v_s": (0.01, 0.02)}, of=of, samples=64)
+    assert indices["friction_force"] == pytest.approx([1.0, 0.0], abs=0.01)
+
+
 @pytest.mark.parametrize(
     ("more", "said"),
     [

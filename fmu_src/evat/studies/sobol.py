@@ -214,7 +214,9 @@ def sobol(
 
 
 def _over_time(rows: FloatArray, times: FloatArray) -> FloatArray:
-    """Means of rows that go straight from sample to sample."""
+    """Means of rows that go straight from sample to sample; of one sample, what it is."""
+    if times.size == 1:
+        return rows[:, 0]
     return np.asarray(trapezoid(rows, times, axis=-1) / (times[-1] - times[0]))
 
 
