@@ -10,6 +10,7 @@ import io
 import json
 import re
 import shlex
+import statistics
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -324,6 +325,10 @@ def test_the_totals_of_the_diagnosis_are_those_of_its_test_sets() -> None:
     (sixteenth,) = [row for row in rows if row[0] == "sixteenth (2101)"]
     ((one, n), (two, m)) = [(share, count) for share, count in re.findall(r"([\d.]+) \((\d+)\)", sixteenth[1])]
     assert re.search(rf"\| one effect, named \| {one} \[[^]]+\] \({n}\) \| {two} \[[^]]+\] \({m}\) \|", page)
+    closed = [[float(share) for share in row[6].split(", ")] for row in rows[rows.index(sixteenth) + 1 :]]
+    medians = " and ".join(f"{statistics.median(form):.2f}" for form in zip(*closed, strict=True))
+    assert len(closed) == 17
+    assert f"Of the seventeen sets after it, of which no case had been looked at, it is {medians} in the median" in page
     judged_alike = [row for row in rows if row[0].startswith(("fifteenth", "sixteenth"))]
     assert f"have {of_all([pair for row in judged_alike for pair in shares(row[1])])} single effects" in page
     assert f"{of_all([pair for row in judged_alike for pair in shares(row[3])]).replace(' of', ' false alarms in')}" in page
