@@ -204,10 +204,10 @@ def test_a_lever_arm_that_fits_nothing_is_refused(tmp_path: Path, slip: str, wha
     assert what in str(caught.value)
 
 
-def marked(at: Path, on: FloatArray, force: FloatArray) -> Path:
+def marked(at: Path, on: FloatArray, force: FloatArray, unit: str = 'unit = "V"\n') -> Path:
     """The folder with a trigger column."""
     toml = TOML.format(slip='unit = "m/s"', force='unit = "N"', nominal="").replace(
-        "[signals.slip_velocity]", '[signals.trigger]\ncolumn = "cut"\nunit = "V"\n[signals.slip_velocity]'
+        "[signals.slip_velocity]", '[signals.trigger]\ncolumn = "cut"\n' + unit + "[signals.slip_velocity]"
     )
     (at / "experiment.toml").write_text(toml, encoding="utf-8")
     np.savetxt(at / "a.csv", np.column_stack([TIMES, VELOCITY, force, on]), delimiter=",", header="t,x,F,cut", comments="")
@@ -233,6 +233,9 @@ def test_a_trigger_marks_what_counts(tmp_path: Path) -> None:
         assert np.array_equal(one.outputs["friction_force"], other.outputs["friction_force"])
         assert other.lead_in is not None
         assert np.array_equal(one.lead_in.inputs["slip_velocity"], other.lead_in.inputs["slip_velocity"])
+    (tmp_path / "unitless").mkdir()
+    same = read_experiment(marked(tmp_path / "unitless", level, np.where(cut, 9.0 * np.sign(VELOCITY), 1e3), unit=""), MODEL)
+    assert [trial.times.size for trial in same.trials] == [first.times.size, second.times.size]
 
 
 def test_a_lead_in_is_simulated_and_does_not_count(tmp_path: Path) -> None:

@@ -263,9 +263,10 @@ class _Reader(Checks):
 
     def signal(self, name: str, table: Mapping[str, Any]) -> Signal:
         where = f"signals.{name}"
-        self.keys(where, table, keys("[signals.NAME]"), needed("[signals.NAME]"))
+        # a trigger is asked where it is on alone, whatever its unit
+        self.keys(where, table, keys("[signals.NAME]"), () if name == TRIGGER else needed("[signals.NAME]"))
         known = self.variable(where, name) if name not in BESIDE else None
-        unit, role = self.text(f"{where}.unit", table["unit"]), table.get("role")
+        unit, role = self.text(f"{where}.unit", table.get("unit", "1")), table.get("role")
         self.check_role(where, known, role)
         converted = self.conversion(where, known, table)
         signal = Signal(name, self.text(f"{where}.column", table.get("column", name)), unit, role, **converted)

@@ -75,7 +75,7 @@ TABLES: dict[str, tuple[Key, ...]] = {
     ),
     "[signals.NAME]": (
         Key("column", "text", "NAME", "header of the column in every data file"),
-        Key("unit", "text", "", "of the column, such as mm/s; converted to SI", needed=True),
+        Key("unit", "text", "", "of the column, such as mm/s; converted to SI; a trigger needs none", needed=True),
         Key("role", "input or output", "", "whether it drives the model or is to be predicted; the clock and the trigger have none"),
         Key("full_scale", "number", "", "the sensor's range, in the unit; of outputs"),
         Key("sign", "1 or -1", "1", "-1 where the sensor counts the other way"),
