@@ -12,7 +12,7 @@ from evat.experiment import Experiment, Trial
 from evat.gap import diagnose_with
 from evat.gap.search.compare import compare
 from evat.gap.search.part import part_of
-from evat.gap.search.portion import shown_late, with_its_motion
+from evat.gap.search.portion import portion, shown_late, with_its_motion
 from evat.inference.hypothesis import Hypothesis
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray
@@ -118,3 +118,21 @@ def test_a_part_shows_what_else_is_led() -> None:
     assert shown_late([loaded, evenly], [loaded.head(500), evenly]) == set()
     assert with_its_motion(loaded, loaded.head(500), {"normal_load"}).times.size == 801
     assert with_its_motion(loaded, loaded.head(500)).times.size == 500
+
+
+def test_where_not_all_can_be_longer_some_go_back() -> None:
+    """Strokes that go back late, of three conditions with two runs each: all of them go back in more samples than are looked at, and none
+    did."""
+    trials = [
+        replace(
+            whole, file=f"{place}.csv", condition=str(place // 2), inputs={"slip_velocity": (1 + place) * whole.inputs["slip_velocity"]}
+        )
+        for place, whole in enumerate([stroke(1200, back=0.5)] * 6)
+    ]
+    cut, note = portion(replace(measured(), trials=tuple(trials)), Toy(), 900)
+    sizes = [trial.times.size for trial in cut.trials]
+    going_back = [trial for trial in cut.trials if np.min(trial.inputs["slip_velocity"]) < 0]
+    assert len({trial.condition for trial in going_back}) == len(going_back) == 2
+    assert sorted(sizes)[:4] == [150] * 4
+    assert sum(sizes) <= CONSTANTS.longer_heads * 900
+    assert note == f"only the first 150 to {max(sizes)} samples of each trial were looked at; --whole takes all"

@@ -3,8 +3,9 @@ motion, and the answer says so."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
+from itertools import chain, zip_longest
 
 import numpy as np
 
@@ -36,9 +37,28 @@ def portion(experiment: Experiment, model: Model, samples: float) -> tuple[Exper
     heads = [trial.head(max(most, 2)) for trial in experiment.trials]
     late = shown_late(experiment.trials, heads)
     moving = [with_its_motion(whole, head, late) for whole, head in zip(experiment.trials, heads, strict=True)]
-    if sum({key: moving[place].times.size for place, key in alike.items()}.values()) <= CONSTANTS.longer_heads * samples:
-        heads = moving
+    longer_ones = _longer(heads, moving, alike, CONSTANTS.longer_heads * samples)
+    heads = [moving[place] if alike[place] in longer_ones else head for place, head in enumerate(heads)]
     return replace(experiment, trials=tuple(heads)), _note(experiment.trials, heads)
+
+
+def _longer(heads: Sequence[Trial], moving: Sequence[Trial], alike: Mapping[int, bytes], samples: float) -> set[bytes]:
+    """Of which runs the longer heads are taken, where those of all are more than so many samples: the shortest of each condition come
+    first, since one that goes back tells what all others show at one way.
+
+    alike : what trials share that are one run, by their places.
+    """
+    run_at = {key: place for place, key in alike.items()}
+    size, grown = ({key: some[place].times.size for key, place in run_at.items()} for some in (heads, moving))
+    of_condition = dict[str, list[bytes]]()
+    for key, place in sorted(run_at.items(), key=lambda each: grown[each[0]] - size[each[0]]):
+        of_condition.setdefault(heads[place].condition, []).append(key)
+    taken, total = set[bytes](), sum(size.values())
+    for key in filter(None, chain.from_iterable(zip_longest(*of_condition.values()))):
+        if total + grown[key] - size[key] <= samples:
+            taken.add(key)
+            total += grown[key] - size[key]
+    return taken
 
 
 def as_long_as(experiment: Experiment, cut: Experiment) -> Experiment:
