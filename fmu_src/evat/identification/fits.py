@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from evat.experiment import Experiment
+from evat.experiment import Experiment, Means
 from evat.identification.objective import Objective, relative_error
 from evat.identification.result import ChannelFit
 from evat.inference.law.initial_state import in_motion, with_initial_state, without_starts
@@ -34,7 +34,6 @@ def fits_of(prediction: Prediction, residual: FloatArray) -> dict[str, ChannelFi
     residual = without_starts(prediction, residual)
     floor, error, rows = repeatability(prediction), relative_error(prediction, residual), prediction.recordings(residual)
     fits, means, beyond = {}, prediction.experiment.means, lack_of_fit(prediction, residual)
-    averaged = means.outputs if means is not None else {}
     for channel in error:
         places = prediction.places(channel)
         rms, whole = (float(np.sqrt(np.mean(column[places] ** 2))) for column in (residual, prediction.measured))
@@ -45,10 +44,17 @@ def fits_of(prediction: Prediction, residual: FloatArray) -> dict[str, ChannelFi
             noise=floor.get(channel, math.nan),
             follows_itself=lag_one_correlation(rows.get(channel, [])),
             samples=places.size,
-            of_replicates=replicate_sd(means.conditions, averaged[channel])[0] if means is not None and channel in averaged else math.nan,
+            of_replicates=_of_replicates(means, channel),
             beyond_noise=beyond.get(channel, math.nan),
         )
     return fits
+
+
+def _of_replicates(means: Means | None, channel: str) -> float:
+    """The noise of a mean of a channel, as replicates of a condition show it; nan where there are none, or where all of them read alike."""
+    if means is None or channel not in means.outputs:
+        return math.nan
+    return replicate_sd(means.conditions, means.outputs[channel])[0] or math.nan
 
 
 def held_out_fits(model: Model, kept: Experiment | None, values: Mapping[str, float | str], on: Sequence[str]) -> dict[str, ChannelFit]:
@@ -82,6 +88,12 @@ def misfits(fits: Mapping[str, ChannelFit]) -> dict[str, str]:
     return missed
 
 
+def _untold(means: Means | None, channel: str) -> str:
+    """Why nothing beside the fit tells the noise of a channel."""
+    alike = means is not None and channel in means.outputs and len(set(means.conditions)) < len(means.conditions)
+    return "whose replicates read alike, without a standard deviation" if alike else "neither repeated nor with a standard deviation"
+
+
 def fit_doubts(aim: Objective, fits: Mapping[str, ChannelFit], whiten: bool) -> list[str]:
     """What should be read before a number is used: a sentence each."""
     doubts = []
@@ -100,7 +112,7 @@ def fit_doubts(aim: Objective, fits: Mapping[str, ChannelFit], whiten: bool) -> 
             )
         if fit.samples < FEW and math.isnan(fit.noise) and math.isnan(fit.of_replicates) and not aim.has_sd(channel):
             doubts.append(
-                f"{channel}: {fit.samples} numbers, neither repeated nor with a standard deviation: their noise was guessed from what "
+                f"{channel}: {fit.samples} numbers, {_untold(aim.prediction.experiment.means, channel)}: their noise was guessed from what "
                 f"the fit leaves of them, and the intervals may be too narrow. State their sd (of averages as {channel}_sd)."
             )
         if fit.follows_itself > SLOW and math.isnan(fit.repeated):

@@ -338,7 +338,7 @@ def _mean_sd(means: Means, channel: str, residual: FloatArray, from_residual: bo
     sd, degrees = replicate_sd(means.conditions, means.outputs[channel])
     level = float(np.sqrt(np.mean(means.outputs[channel] ** 2)))
     if from_residual:
-        return sd if degrees else float(np.sqrt(np.mean(residual**2)))
+        return sd if sd > 0 else float(np.sqrt(np.mean(residual**2)))  # of replicates that read alike, too
     if degrees:
         return float(
             np.sqrt(
