@@ -178,6 +178,7 @@ class _Constants(ConstantTable):
         -0.5, "1", "correlation of neighbouring third differences below which they are noise", origin="derived", low=-1.0,
         source="white noise has -0.75, a motion about 1",
     )  # fmt: skip
+    lost_samples = Constant(1.5, "usual steps of a clock", "and more are no step: samples were lost", source="safety limit", low=1.0)
     fewest_input_samples = Constant(16, "samples", "of a recorded column whose noise or quantum is looked at", source="safety limit")
     least_input_noise = Constant(
         1e-6, "of half the range", "noise of a recorded column that is less is rounding", source="numerical tolerance"

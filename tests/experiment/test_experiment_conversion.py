@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from evat.experiment import ExperimentError, Nominal
 from evat.experiment.read import read_experiment
-from evat.experiment.smoothing import derivative
+from evat.experiment.smoothing import derivative, mean_step
 from evat.experiment.write import write_experiment
 from evat.inference.checks import rms
 from evat.inference.prediction import Prediction
@@ -67,6 +67,25 @@ def test_a_position_is_differentiated(tmp_path: Path, noise: float, step: float,
     x = np.round(x / step) * step if step else x
     slip, _ = columns(folder(tmp_path, 1e3 * x, TIMES, slip='unit = "mm"\nfrom = "position"'))
     assert np.sqrt(np.mean((slip - VELOCITY)[5:-5] ** 2)) < allowed
+
+
+@pytest.mark.parametrize(("rate", "tick"), [(3e4, 1e-6), (45.0, 1e-3), (30.0, 1e-3)])
+def test_a_rounded_clock_makes_no_velocity_faster(tmp_path: Path, rate: float, tick: float) -> None:
+    """A step of 33.3 us is written as 33, 33 and 34: by 33 the velocity is 1 % too fast, and so is one that is differentiated once more."""
+    clock, slow = np.round(np.arange(2000) / rate / tick) * tick, 1e3 / rate
+    noise = 1e-6 * np.random.default_rng(1).normal(size=clock.size)
+    at = folder(tmp_path, 1e3 * (POSITION + noise), TIMES, slip='unit = "mm"\nfrom = "position"')
+    np.savetxt(at / "a.csv", np.column_stack([clock, 1e3 * (POSITION + noise), TIMES]), delimiter=",", header="t,x,F", comments="")
+    recorded = smoothed_inputs(read_experiment(at, MODEL))
+    assert recorded.perturbed is not None
+    for made in (recorded.experiment, recorded.perturbed):
+        slip = slow * made.trials[0].inputs["slip_velocity"]
+        assert slip @ VELOCITY / (VELOCITY @ VELOCITY) == pytest.approx(1, abs=5e-4)
+
+
+def test_lost_samples_make_no_step_longer() -> None:
+    clock = np.round(np.delete(np.arange(3000) / 3e4, np.s_[1000:1500]), 6)
+    assert mean_step(clock) == pytest.approx(1 / 3e4, rel=1e-4)
 
 
 def test_few_samples_of_a_period_are_no_filter() -> None:
