@@ -277,6 +277,9 @@ class _Constants(ConstantTable):
     most_lags = Constant(24, "samples", "of an autoregression: a slow noise beside a white one goes by many", source="budget of work")
     usual_lags = Constant(6, "samples", "of it at most where recordings are short")
     samples_per_lag = Constant(20, "samples", "for each coefficient of an autoregression; from fewer none is estimated")
+    samples_of_own_noise = Constant(
+        100, "samples", "from which what a fit leaves of one recording tells the size of its noise, to 7 %", source="safety limit"
+    )
     clipped_at = Constant(4.0, "robust sd", "beyond which a sample counts as no more than that")
     calm_window = Constant(24, "samples", "less a parabola: what a model lacks bends more slowly", low=8)
     calm_quantile = Constant(0.25, "of the windows", "by their mean square, which tell what is calm", low=0.0, high=1.0)

@@ -12,7 +12,7 @@ from evat.identification.objective import Objective, relative_error
 from evat.identification.result import ChannelFit
 from evat.inference.law.initial_state import in_motion, with_initial_state, without_starts
 from evat.inference.noise.autoregression import lag_one_correlation
-from evat.inference.noise.estimate import repeatability
+from evat.inference.noise.estimate import noise_level
 from evat.inference.noise.lack_of_fit import lack_of_fit
 from evat.inference.noise.means import replicate_sd
 from evat.inference.prediction import Prediction
@@ -32,7 +32,7 @@ def fits_of(prediction: Prediction, residual: FloatArray) -> dict[str, ChannelFi
     """By channel, of a residual (N,), calculated less measured; what the unknown start of a trial leaves, which no fit takes for its own,
     does not count."""
     residual = without_starts(prediction, residual)
-    floor, error, rows = repeatability(prediction), relative_error(prediction, residual), prediction.recordings(residual)
+    floor, error, rows = noise_level(prediction, residual), relative_error(prediction, residual), prediction.recordings(residual)
     fits, means, beyond = {}, prediction.experiment.means, lack_of_fit(prediction, residual)
     for channel in error:
         places = prediction.places(channel)
