@@ -71,6 +71,19 @@ def test_a_gain_moves_all_forces_together() -> None:
     assert np.min(exactly.correlation[np.ix_(places, places)]) < 0.9
 
 
+@pytest.mark.parametrize("stated", [(), (1,), (0, 1)])
+def test_a_value_that_one_trial_states_is_unsure_in_the_other(stated: tuple[int, ...]) -> None:
+    """sigma2 is known to 10 %, and moves a force at 0.4 m/s by 1.6 N. Stated for a second recording, of next to no speed, it counted as
+    exact in the first, too."""
+    slips = (np.full(500, 0.4), np.full(500, 1e-4))
+    trials = [trial(slip, f"c{place}", noise=0.001, seed=place) for place, slip in enumerate(slips)]
+    trials = [replace(each, values={"sigma2": 40.0} if place in stated else {}) for place, each in enumerate(trials)]
+    whole = exact(experiment(*trials, nominal={**TRUTH, "damping_mode": "dissipative"}))
+    whole = replace(whole, nominal=replace(whole.nominal, relative_sd={"sigma2": 0.1}))
+    sd = identify(whole, MODEL, ["F_C"], Settings(search="none", profiles=False))["F_C"].sd
+    assert sd < 0.1 if stated == (0, 1) else sd == pytest.approx(1.6, rel=0.05)
+
+
 @pytest.mark.parametrize("lost", ["ends", "samples"])
 def test_repeats_of_other_lengths_tell_the_noise(lost: str) -> None:
     """Each recording ends at another sample, or lacks some: they counted as none, and F_C was known sixteen times worse."""
