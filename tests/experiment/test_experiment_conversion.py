@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from evat.experiment import ExperimentError, Nominal
+from evat.experiment import Experiment, ExperimentError, Nominal, trigger
 from evat.experiment.read import read_experiment
 from evat.experiment.smoothing import derivative, mean_step
 from evat.experiment.write import write_experiment
@@ -252,6 +252,39 @@ def test_a_trigger_marks_what_counts(tmp_path: Path) -> None:
         assert np.array_equal(one.outputs["friction_force"], other.outputs["friction_force"])
         assert other.lead_in is not None
         assert np.array_equal(one.lead_in.inputs["slip_velocity"], other.lead_in.inputs["slip_velocity"])
+
+
+def test_a_contact_wears_on_between_the_stretches_that_a_trigger_marks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Friction wears by 30 % over 0.1 m, of which the record shows 0.16: each stretch, and one that begins late, is predicted as the whole
+    record is there, though few rows lead in. Without wear stretches of one motion stay repeats of each other."""
+    monkeypatch.setattr(trigger, "LEAD_IN", 100)
+    values = {"kinematics": "external", "friction_law": "coulomb", "F_C": 9.0, "friction_wear.delta": 0.3, "friction_wear.s_0": 0.1}
+    ons = {
+        "whole": np.ones(2000),
+        "cut": 1.0 * (np.arange(2000) % 1000 > 10),
+        "late": 1.0 * (TIMES >= 1.5),
+    }
+    runs = dict[str, Experiment]()
+    for name, on in ons.items():
+        (tmp_path / name).mkdir()
+        at = marked(tmp_path / name, on, TIMES)
+        plain = read_experiment(at, MODEL)
+        assert all("sliding_distance" not in trial.values for trial in plain.trials)
+        text = (at / "experiment.toml").read_text(encoding="utf-8")
+        text = text.replace('friction = "coulomb"', 'friction = "coulomb"\neffects = ["friction_wear"]').replace(
+            'condition = "c"', 'condition = "c"\nvalues = { sliding_distance = 0.02 }'
+        )
+        (at / "experiment.toml").write_text(text, encoding="utf-8")
+        runs[name] = read_experiment(at, MODEL)
+    whole = Prediction(MODEL, runs["whole"]).one(values)
+    for name in ("cut", "late"):
+        for trial in runs[name].trials:
+            part = Prediction(MODEL, replace(runs[name], trials=(trial,))).one(values)
+            first = int(np.searchsorted(TIMES, trial.times[0]))
+            assert part == pytest.approx(whole[first : first + part.size], abs=0.02)
+    first, second = runs["cut"].trials
+    assert first.values["sliding_distance"] == 0.02
+    assert second.values["sliding_distance"] == pytest.approx(0.02 + 0.08, rel=5e-3)
 
 
 def test_a_lead_in_is_simulated_and_does_not_count(tmp_path: Path) -> None:
