@@ -125,7 +125,8 @@ HELD_MATTERS = 0.3  # sd by which a nominal value that is held moves an estimate
 
 def _held(objective: Objective, optimum: Optimum) -> tuple[str, ...]:
     """Nominal values that are held, known to a share only, and in the intervals; set-up errors that are most of them."""
-    names, setup = objective.space.names, {parameter.name: parameter for parameter in objective.prediction.setup.parameters}
+    names, prediction = objective.space.names, objective.prediction
+    setup = {parameter.name: parameter for parameter in (*prediction.setup.parameters, *prediction.input_zeros)}
     shapes = {shape.name for shape in objective.shapes}
     told, most, doubts = list[str](), list[str](), list[str]()
     for name, moved in optimum.held.items():
