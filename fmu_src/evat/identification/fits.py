@@ -19,7 +19,7 @@ from evat.inference.prediction import Prediction
 from evat.model import FloatArray, Model
 
 POOR = 0.5  # of eq. 9: a model that misses half of the force
-ABOVE_NOISE = 1.5  # times the repeats' noise: the residual is no longer only noise, however few numbers tell it
+ABOVE_NOISE = 1.5  # times the noise of repeated recordings: the residual is no longer only noise, however short they are
 CERTAIN = 37.0  # sd: beyond it a chance is too small for a number
 SURE = 3.0  # sd of chance: many numbers tell less, and it is no noise either
 SLOW = 0.5  # correlation of neighbouring residuals from which something slow is missed
@@ -51,10 +51,12 @@ def fits_of(prediction: Prediction, residual: FloatArray) -> dict[str, ChannelFi
 
 
 def _of_replicates(means: Means | None, channel: str) -> float:
-    """The noise of a mean of a channel, as replicates of a condition show it; nan where there are none, or where all of them read alike."""
+    """The noise of a mean of a channel, as replicates of a condition show it, or as it was stated of each mean, where that is more; nan
+    where there are no replicates, or where all of them read alike."""
     if means is None or channel not in means.outputs:
         return math.nan
-    return replicate_sd(means.conditions, means.outputs[channel])[0] or math.nan
+    shown, stated = replicate_sd(means.conditions, means.outputs[channel])[0] or math.nan, means.sd.get(channel, np.zeros(1))
+    return max(shown, float(np.sqrt(np.mean(stated**2)))) if np.all(stated > 0) else shown
 
 
 def held_out_fits(model: Model, kept: Experiment | None, values: Mapping[str, float | str], on: Sequence[str]) -> dict[str, ChannelFit]:
@@ -65,8 +67,10 @@ def held_out_fits(model: Model, kept: Experiment | None, values: Mapping[str, fl
 
 
 def unexplained(fit: ChannelFit) -> float:
-    """The rms of what the model misses of a channel, beside noise [unit of the channel]; 0 where nothing shows that it misses anything."""
-    if fit.rms > fit.repeated and (fit.rms > ABOVE_NOISE * fit.repeated or fit.beyond_noise > SURE):
+    """The rms of what the model misses of a channel, beside noise [unit of the channel]; 0 where nothing shows that it misses anything.
+    Averages have few replicates, whose own rms is no measure: by the chance of that alone."""
+    plenty = math.isfinite(fit.noise) and fit.rms > ABOVE_NOISE * fit.noise
+    if fit.rms > fit.repeated and (plenty or fit.beyond_noise > SURE):
         return math.sqrt(fit.rms**2 - fit.repeated**2)
     return fit.rms if math.isnan(fit.repeated) and fit.follows_itself > CURVE else 0.0
 
