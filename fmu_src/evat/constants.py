@@ -178,6 +178,7 @@ class _Constants(ConstantTable):
         -0.5, "1", "correlation of neighbouring third differences below which they are noise", origin="derived", low=-1.0,
         source="white noise has -0.75, a motion about 1",
     )  # fmt: skip
+    lost_samples = Constant(1.5, "usual steps of a clock", "and more are no step: samples were lost", source="safety limit", low=1.0)
     fewest_input_samples = Constant(16, "samples", "of a recorded column whose noise or quantum is looked at", source="safety limit")
     least_input_noise = Constant(
         1e-6, "of half the range", "noise of a recorded column that is less is rounding", source="numerical tolerance"
@@ -276,6 +277,9 @@ class _Constants(ConstantTable):
     most_lags = Constant(24, "samples", "of an autoregression: a slow noise beside a white one goes by many", source="budget of work")
     usual_lags = Constant(6, "samples", "of it at most where recordings are short")
     samples_per_lag = Constant(20, "samples", "for each coefficient of an autoregression; from fewer none is estimated")
+    samples_of_own_noise = Constant(
+        100, "samples", "from which what a fit leaves of one recording tells the size of its noise, to 7 %", source="safety limit"
+    )
     clipped_at = Constant(4.0, "robust sd", "beyond which a sample counts as no more than that")
     calm_window = Constant(24, "samples", "less a parabola: what a model lacks bends more slowly", low=8)
     calm_quantile = Constant(0.25, "of the windows", "by their mean square, which tell what is calm", low=0.0, high=1.0)

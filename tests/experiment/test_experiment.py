@@ -852,6 +852,18 @@ def test_a_temperature_is_known_to_some_kelvins_unless_stated() -> None:
     assert parameter.value(1.0) - parameter.mean == pytest.approx(2.95, rel=0.01)
 
 
+def test_a_nominal_value_may_be_off_where_a_trial_goes_by_it() -> None:
+    """One that each trial states for itself, and each row of averages, is used nowhere; one that some of them state is."""
+
+    def may_be_off(*stated: dict[str, float]) -> set[str]:
+        trials = tuple(Trial(f"{place}.csv", "c", values, np.arange(2.0), {}, {}) for place, values in enumerate(stated))
+        made = Experiment(Path(), "rig", "", Nominal({"F_C": 9.0, "sigma2": 40.0}, (), {}), {}, trials, None, "")
+        return {each.name for each in nominal_parameters(MODEL, made)}
+
+    assert may_be_off({}, {}) == may_be_off({}, {"sigma2": 30.0}) == {"F_C", "sigma2"}
+    assert may_be_off({"sigma2": 40.0}, {"sigma2": 30.0}) == {"F_C"}
+
+
 @pytest.mark.parametrize("suffix", [".csv", ".parquet"])
 @settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(made=experiments())

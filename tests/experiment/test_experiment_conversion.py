@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from evat.experiment import ExperimentError, Nominal
+from evat.experiment import Experiment, ExperimentError, Nominal, trigger
 from evat.experiment.read import read_experiment
-from evat.experiment.smoothing import derivative
+from evat.experiment.smoothing import derivative, mean_step
 from evat.experiment.write import write_experiment
 from evat.inference.checks import rms
 from evat.inference.prediction import Prediction
@@ -67,6 +67,25 @@ def test_a_position_is_differentiated(tmp_path: Path, noise: float, step: float,
     x = np.round(x / step) * step if step else x
     slip, _ = columns(folder(tmp_path, 1e3 * x, TIMES, slip='unit = "mm"\nfrom = "position"'))
     assert np.sqrt(np.mean((slip - VELOCITY)[5:-5] ** 2)) < allowed
+
+
+@pytest.mark.parametrize(("rate", "tick"), [(3e4, 1e-6), (45.0, 1e-3), (30.0, 1e-3)])
+def test_a_rounded_clock_makes_no_velocity_faster(tmp_path: Path, rate: float, tick: float) -> None:
+    """A step of 33.3 us is written as 33, 33 and 34: by 33 the velocity is 1 % too fast, and so is one that is differentiated once more."""
+    clock, slow = np.round(np.arange(2000) / rate / tick) * tick, 1e3 / rate
+    noise = 1e-6 * np.random.default_rng(1).normal(size=clock.size)
+    at = folder(tmp_path, 1e3 * (POSITION + noise), TIMES, slip='unit = "mm"\nfrom = "position"')
+    np.savetxt(at / "a.csv", np.column_stack([clock, 1e3 * (POSITION + noise), TIMES]), delimiter=",", header="t,x,F", comments="")
+    recorded = smoothed_inputs(read_experiment(at, MODEL))
+    assert recorded.perturbed is not None
+    for made in (recorded.experiment, recorded.perturbed):
+        slip = slow * made.trials[0].inputs["slip_velocity"]
+        assert slip @ VELOCITY / (VELOCITY @ VELOCITY) == pytest.approx(1, abs=5e-4)
+
+
+def test_lost_samples_make_no_step_longer() -> None:
+    clock = np.round(np.delete(np.arange(3000) / 3e4, np.s_[1000:1500]), 6)
+    assert mean_step(clock) == pytest.approx(1 / 3e4, rel=1e-4)
 
 
 def test_few_samples_of_a_period_are_no_filter() -> None:
@@ -236,6 +255,39 @@ def test_a_trigger_marks_what_counts(tmp_path: Path) -> None:
     (tmp_path / "unitless").mkdir()
     same = read_experiment(marked(tmp_path / "unitless", level, np.where(cut, 9.0 * np.sign(VELOCITY), 1e3), unit=""), MODEL)
     assert [trial.times.size for trial in same.trials] == [first.times.size, second.times.size]
+
+
+def test_a_contact_wears_on_between_the_stretches_that_a_trigger_marks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Friction wears by 30 % over 0.1 m, of which the record shows 0.16: each stretch, and one that begins late, is predicted as the whole
+    record is there, though few rows lead in. Without wear stretches of one motion stay repeats of each other."""
+    monkeypatch.setattr(trigger, "LEAD_IN", 100)
+    values = {"kinematics": "external", "friction_law": "coulomb", "F_C": 9.0, "friction_wear.delta": 0.3, "friction_wear.s_0": 0.1}
+    ons = {
+        "whole": np.ones(2000),
+        "cut": 1.0 * (np.arange(2000) % 1000 > 10),
+        "late": 1.0 * (TIMES >= 1.5),
+    }
+    runs = dict[str, Experiment]()
+    for name, on in ons.items():
+        (tmp_path / name).mkdir()
+        at = marked(tmp_path / name, on, TIMES)
+        plain = read_experiment(at, MODEL)
+        assert all("sliding_distance" not in trial.values for trial in plain.trials)
+        text = (at / "experiment.toml").read_text(encoding="utf-8")
+        text = text.replace('friction = "coulomb"', 'friction = "coulomb"\neffects = ["friction_wear"]').replace(
+            'condition = "c"', 'condition = "c"\nvalues = { sliding_distance = 0.02 }'
+        )
+        (at / "experiment.toml").write_text(text, encoding="utf-8")
+        runs[name] = read_experiment(at, MODEL)
+    whole = Prediction(MODEL, runs["whole"]).one(values)
+    for name in ("cut", "late"):
+        for trial in runs[name].trials:
+            part = Prediction(MODEL, replace(runs[name], trials=(trial,))).one(values)
+            first = int(np.searchsorted(TIMES, trial.times[0]))
+            assert part == pytest.approx(whole[first : first + part.size], abs=0.02)
+    first, second = runs["cut"].trials
+    assert first.values["sliding_distance"] == 0.02
+    assert second.values["sliding_distance"] == pytest.approx(0.02 + 0.08, rel=5e-3)
 
 
 def test_a_lead_in_is_simulated_and_does_not_count(tmp_path: Path) -> None:

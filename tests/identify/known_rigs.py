@@ -59,6 +59,6 @@ def experiment(*trials: Trial, nominal: Mapping[str, float | str] = GUESS, effec
 def exact(made: Experiment) -> Experiment:
     """The same with what is true of a simulation: its set-up has no errors, and what is held has its true value. What intervals then hold
     is noise, whose size is known."""
-    measured = {name for each in made.trials for name in each.outputs} | set(made.outputs)
+    measured = {name for each in made.trials for name in (*each.inputs, *each.outputs)} | set(made.outputs)
     setup = {name: SetupSd(gain=0.0, zero=0.0, clock=0.0) for name in measured}
     return replace(made, setup_sd=setup, nominal=replace(made.nominal, default_relative_sd=0.0))

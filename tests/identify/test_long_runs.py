@@ -88,6 +88,16 @@ def test_a_journal_of_other_data_is_refused(tmp_path: Path) -> None:
         identify(replace(RIG, trials=louder), MODEL, FREE, Settings(**SETTINGS), execution=Execution(journal=tmp_path / "j", resume=True))  # type: ignore[arg-type]
 
 
+@pytest.mark.parametrize("stated", [{"values": {"F_S": 12.0}}, {"noise_sd": {"friction_force": 5.0}}])
+def test_a_journal_of_what_was_stated_otherwise_is_refused(tmp_path: Path, stated: dict[str, dict[str, float]]) -> None:
+    """Of the same records: with other costs where a trial has a value of its own, or a noise, which a search went on from."""
+    free, settings = ["F_C", "sigma2"], Settings(**SETTINGS)  # type: ignore[arg-type]
+    identify(RIG, MODEL, free, settings, execution=Execution(journal=tmp_path / "j"))
+    otherwise = replace(RIG, trials=tuple(replace(trial, **stated) for trial in RIG.trials))
+    with pytest.raises(JournalError, match="differs in recorded"):
+        identify(otherwise, MODEL, free, settings, execution=Execution(journal=tmp_path / "j", resume=True))
+
+
 @pytest.mark.parametrize("damage", ["empty", "torn", "a bit", "the sum", "not UTF-8", "no journal"])
 def test_a_damaged_head_of_a_journal_is_said_to_be_damaged(tmp_path: Path, damage: str) -> None:
     """Not to be of another search with all of its facts changed; and the journal stays as it is."""

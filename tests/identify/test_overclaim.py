@@ -121,6 +121,23 @@ def test_a_bound_in_the_way_leaves_the_others_open() -> None:
     assert wide["F_C"].verdict == "identified"
 
 
+def test_bounds_may_be_as_far_apart_as_one_likes() -> None:
+    """Steps of the slopes, and the most that counted of them, went by how far: within 1e4 N to either side of an offset its standard error
+    was 24 times as large as within 10 N, and sigma2 lay on a bound that is a hundred standard errors away."""
+    made, offset = rig(), "sensor_offset.friction_force"
+    names = [*NAMES, offset]
+
+    def answer(offset_within: float, most: float) -> Identification:
+        bounds = {offset: (-offset_within, offset_within), "sigma2": (0.0, most)}
+        return identify(made, MODEL, names, Settings(on=("sensor_offset",), bounds=bounds, search="none", profiles=False))
+
+    narrow, wide = answer(10.0, 1e3), answer(1e5, 1e6)
+    for name in names:
+        assert wide[name].value == pytest.approx(narrow[name].value, abs=0.01 * narrow[name].sd)
+        assert wide[name].sd == pytest.approx(narrow[name].sd, rel=0.01)
+        assert wide[name].at_bound == ""
+
+
 def test_a_run_that_was_stopped_gives_no_verdict() -> None:
     """Stopped after the search, where the best point is there and nothing is known of its surroundings."""
     asked = itertools.count()

@@ -95,6 +95,60 @@ def test_noise_that_is_stated_counts_before_that_of_repeats() -> None:
     assert sizes[-1] == pytest.approx(12.5 * np.sqrt(1 - 0.6**2), rel=0.05)
 
 
+def other_noise(sizes: Sequence[float], alike: int = 1, seed: int = 0) -> Experiment:
+    """A recording for each size of noise [N], of motions of their own but for the first, which is recorded `alike` times."""
+    motions = [(0, sizes[0])] * alike + list(enumerate(sizes))[1:]
+    trials = []
+    for place, (which, size) in enumerate(motions):
+        slip = (1 + 0.2 * which) * TO_AND_FRO
+        white = np.random.default_rng([seed, place]).standard_normal(slip.size)
+        made = trial(slip, f"c{which}", seed=place, noise=0.0, measured=force(slip) + size * white)
+        trials.append(made)
+    return exact(experiment(*trials, nominal=TRUTH))
+
+
+def test_each_recording_that_nobody_repeated_has_its_own_noise() -> None:
+    """One of 0.5 N beside four of 0.02 N: all had 0.22 N, and the estimates the noise of the one."""
+    sizes = [0.02] * 4 + [0.5]
+    prediction = Prediction(MODEL, other_noise(sizes))
+    noise = estimate_noise(prediction, prediction.one(), prior=False, from_residual=True)
+    assert noise.sizes == pytest.approx(sizes, rel=0.1)
+    both, calm = (identify(other_noise(some), MODEL, ["F_C"], QUICK)["F_C"] for some in (sizes, sizes[:4]))
+    assert both.sd == pytest.approx(calm.sd, rel=0.1)
+    assert abs(both.value - calm.value) < calm.sd
+
+
+def test_a_short_recording_has_the_noise_of_all() -> None:
+    """Of a few samples a fit may leave next to nothing by chance, and these would then count before all others."""
+    made = other_noise([0.1, 0.1])
+    few = made.trials[1].head(CONSTANTS.samples_of_own_noise - 1)
+    prediction = Prediction(MODEL, replace(made, trials=(made.trials[0], few)))
+    noise = estimate_noise(prediction, prediction.one(), prior=False, from_residual=True)
+    whole = prediction.measured - prediction.one()
+    assert noise.sizes[1] == pytest.approx(np.sqrt(np.mean(whole**2)), rel=1e-6)
+
+
+@pytest.mark.parametrize(("single", "expected"), [(0.5, 0.5), (0.002, 0.02)])
+def test_a_recording_beside_repeats_may_have_more_noise(single: float, expected: float) -> None:
+    """It had that of the repeats, so that a true model missed something; less than theirs it does not get."""
+    made = other_noise([0.02, single], alike=3)
+    prediction = Prediction(MODEL, made)
+    noise = estimate_noise(prediction, prediction.one(), prior=False, from_residual=True)
+    assert noise.sizes == pytest.approx([0.02, 0.02, 0.02, expected], rel=0.15)
+    answer = identify(made, MODEL, ["F_C"], QUICK)
+    assert not any("misses something" in doubt for doubt in answer.doubts)
+    assert answer.fits["friction_force"].noise == pytest.approx(np.sqrt((3 * 0.02**2 + expected**2) / 4), rel=0.1)
+
+
+def test_what_a_model_misses_beside_repeats_is_missed() -> None:
+    """A force that is 5 % larger in the one recording that was not repeated."""
+    made = other_noise([0.02, 0.02], alike=3)
+    off = made.trials[-1]
+    grown = replace(off, outputs={name: column * 1.05 for name, column in off.outputs.items()})
+    answer = identify(replace(made, trials=(*made.trials[:-1], grown)), MODEL, ["F_C"], QUICK)
+    assert any("misses something" in doubt for doubt in answer.doubts)
+
+
 def test_identification_and_diagnosis_say_the_same_of_it(rig: Prediction) -> None:
     of_gap = compare(rig).noise
     of_fit = estimate_noise(rig, FORCE_REPEATED, prior=False, from_residual=True)

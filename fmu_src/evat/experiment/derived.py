@@ -11,7 +11,7 @@ from evat.experiment import ExperimentError
 from evat.experiment.column import Column
 from evat.experiment.document import FRICTION, Document
 from evat.experiment.remarks import unwrapped
-from evat.experiment.smoothing import derivative, position_noise
+from evat.experiment.smoothing import derivative, mean_step, position_noise
 from evat.model import FloatArray
 from evat.required_inputs import MOTION
 
@@ -56,9 +56,8 @@ def noise_of_positions(columns: Sequence[Column], held: Sequence[FloatArray], do
 
 
 def even_step(file: str, times: FloatArray) -> float:
-    """The sample time [s]; ExperimentError where it changes, so that nothing can be differentiated."""
-    steps = np.diff(times)
-    step = float(np.median(steps))
+    """The sample time [s]; ExperimentError where it changes by more than a clock is rounded, so that nothing can be differentiated."""
+    steps, step = np.diff(times), mean_step(times)
     if np.max(np.abs(steps - step)) > UNEVEN * step:
         raise ExperimentError(
             f"{file}: the clock is uneven, its steps are {steps.min():.4g} to {steps.max():.4g} s; what is differentiated "

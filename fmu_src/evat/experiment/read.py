@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from evat.experiment import Experiment, Means, Remark, Trial
+from evat.experiment import DISTANCE, Experiment, Means, Remark, Trial
 from evat.experiment.column import Column
 from evat.experiment.columns import trial_batches, trial_columns
 from evat.experiment.derived import derived, noise_of_positions
@@ -112,7 +112,7 @@ def read_experiment(
     trials = tuple(
         trial
         for entry in document.trials
-        for trial in read_entry(entry, trial_columns(document, entry, model), document, done, most, remarks)
+        for trial in read_entry(entry, trial_columns(document, entry, model), document, model, done, most, remarks)
     )
     return assembled(document, trials, model, data_hash, remarks)
 
@@ -182,6 +182,7 @@ def read_entry(
     entry: TrialEntry,
     columns: list[Column],
     document: Document,
+    model: Model,
     done: Callable[[int], None],
     most: int | None,
     remarks: list[Remark],
@@ -191,7 +192,8 @@ def read_entry(
     if trigger is None:
         return [_read_trial(entry, columns, document, done, most, remarks)]
     whole = _read_trial(entry, columns, document, done, None, remarks)
-    trials = triggered(whole, columns[trigger].header)
+    wears = any(effect.irreversible for effect in model.effects if effect.name in document.nominal.effects)
+    trials = triggered(whole, columns[trigger].header, wears and any(variable.name == DISTANCE for variable in model.variables))
     return trials if most is None else [trial.head(most) for trial in trials]
 
 

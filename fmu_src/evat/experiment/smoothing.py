@@ -82,6 +82,13 @@ def derivative(column: FloatArray, step: float, order: int = 1, sd: float | None
     return column
 
 
+def mean_step(times: FloatArray) -> float:
+    """The sampling interval [s] of a clock (n,), n > 1: the mean of its steps, for one that is written in whole microseconds may have no
+    step that long; without those in which samples were lost."""
+    steps = np.diff(times)
+    return float(np.mean(steps[steps < CONSTANTS.lost_samples * np.median(steps)]))
+
+
 def _by_widest_windows(column: FloatArray, sd: float, deriv: int, step: float) -> FloatArray:
     """The surest of what each kind of window tells; of those that are as sure their mean, or a motion would lag by what looks ahead."""
     told, sds = (np.array(rows) for rows in zip(*(_by_widest(column, sd, deriv, step, *kind) for kind in _kinds(deriv)), strict=True))

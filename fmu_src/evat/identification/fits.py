@@ -7,19 +7,19 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from evat.experiment import Experiment
+from evat.experiment import Experiment, Means
 from evat.identification.objective import Objective, relative_error
 from evat.identification.result import ChannelFit
 from evat.inference.law.initial_state import in_motion, with_initial_state, without_starts
 from evat.inference.noise.autoregression import lag_one_correlation
-from evat.inference.noise.estimate import repeatability
+from evat.inference.noise.estimate import noise_level
 from evat.inference.noise.lack_of_fit import lack_of_fit
 from evat.inference.noise.means import replicate_sd
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray, Model
 
 POOR = 0.5  # of eq. 9: a model that misses half of the force
-ABOVE_NOISE = 1.5  # times the repeats' noise: the residual is no longer only noise, however few numbers tell it
+ABOVE_NOISE = 1.5  # times the noise of repeated recordings: the residual is no longer only noise, however short they are
 CERTAIN = 37.0  # sd: beyond it a chance is too small for a number
 SURE = 3.0  # sd of chance: many numbers tell less, and it is no noise either
 SLOW = 0.5  # correlation of neighbouring residuals from which something slow is missed
@@ -32,9 +32,8 @@ def fits_of(prediction: Prediction, residual: FloatArray) -> dict[str, ChannelFi
     """By channel, of a residual (N,), calculated less measured; what the unknown start of a trial leaves, which no fit takes for its own,
     does not count."""
     residual = without_starts(prediction, residual)
-    floor, error, rows = repeatability(prediction), relative_error(prediction, residual), prediction.recordings(residual)
+    floor, error, rows = noise_level(prediction, residual), relative_error(prediction, residual), prediction.recordings(residual)
     fits, means, beyond = {}, prediction.experiment.means, lack_of_fit(prediction, residual)
-    averaged = means.outputs if means is not None else {}
     for channel in error:
         places = prediction.places(channel)
         rms, whole = (float(np.sqrt(np.mean(column[places] ** 2))) for column in (residual, prediction.measured))
@@ -45,10 +44,19 @@ def fits_of(prediction: Prediction, residual: FloatArray) -> dict[str, ChannelFi
             noise=floor.get(channel, math.nan),
             follows_itself=lag_one_correlation(rows.get(channel, [])),
             samples=places.size,
-            of_replicates=replicate_sd(means.conditions, averaged[channel])[0] if means is not None and channel in averaged else math.nan,
+            of_replicates=_of_replicates(means, channel),
             beyond_noise=beyond.get(channel, math.nan),
         )
     return fits
+
+
+def _of_replicates(means: Means | None, channel: str) -> float:
+    """The noise of a mean of a channel, as replicates of a condition show it, or as it was stated of each mean, where that is more; nan
+    where there are no replicates, or where all of them read alike."""
+    if means is None or channel not in means.outputs:
+        return math.nan
+    shown, stated = replicate_sd(means.conditions, means.outputs[channel])[0] or math.nan, means.sd.get(channel, np.zeros(1))
+    return max(shown, float(np.sqrt(np.mean(stated**2)))) if np.all(stated > 0) else shown
 
 
 def held_out_fits(model: Model, kept: Experiment | None, values: Mapping[str, float | str], on: Sequence[str]) -> dict[str, ChannelFit]:
@@ -59,8 +67,10 @@ def held_out_fits(model: Model, kept: Experiment | None, values: Mapping[str, fl
 
 
 def unexplained(fit: ChannelFit) -> float:
-    """The rms of what the model misses of a channel, beside noise [unit of the channel]; 0 where nothing shows that it misses anything."""
-    if fit.rms > fit.repeated and (fit.rms > ABOVE_NOISE * fit.repeated or fit.beyond_noise > SURE):
+    """The rms of what the model misses of a channel, beside noise [unit of the channel]; 0 where nothing shows that it misses anything.
+    Averages have few replicates, whose own rms is no measure: by the chance of that alone."""
+    plenty = math.isfinite(fit.noise) and fit.rms > ABOVE_NOISE * fit.noise
+    if fit.rms > fit.repeated and (plenty or fit.beyond_noise > SURE):
         return math.sqrt(fit.rms**2 - fit.repeated**2)
     return fit.rms if math.isnan(fit.repeated) and fit.follows_itself > CURVE else 0.0
 
@@ -82,6 +92,12 @@ def misfits(fits: Mapping[str, ChannelFit]) -> dict[str, str]:
     return missed
 
 
+def _untold(means: Means | None, channel: str) -> str:
+    """Why nothing beside the fit tells the noise of a channel."""
+    alike = means is not None and channel in means.outputs and len(set(means.conditions)) < len(means.conditions)
+    return "whose replicates read alike, without a standard deviation" if alike else "neither repeated nor with a standard deviation"
+
+
 def fit_doubts(aim: Objective, fits: Mapping[str, ChannelFit], whiten: bool) -> list[str]:
     """What should be read before a number is used: a sentence each."""
     doubts = []
@@ -100,7 +116,7 @@ def fit_doubts(aim: Objective, fits: Mapping[str, ChannelFit], whiten: bool) -> 
             )
         if fit.samples < FEW and math.isnan(fit.noise) and math.isnan(fit.of_replicates) and not aim.has_sd(channel):
             doubts.append(
-                f"{channel}: {fit.samples} numbers, neither repeated nor with a standard deviation: their noise was guessed from what "
+                f"{channel}: {fit.samples} numbers, {_untold(aim.prediction.experiment.means, channel)}: their noise was guessed from what "
                 f"the fit leaves of them, and the intervals may be too narrow. State their sd (of averages as {channel}_sd)."
             )
         if fit.follows_itself > SLOW and math.isnan(fit.repeated):

@@ -1,4 +1,5 @@
-"""How far may an optimum lie from the truth because of what no fit frees? Nominal values that are held, gain and zero of each channel.
+"""How far may an optimum lie from the truth because of what no fit frees? Nominal values that are held, gain and zero of each output, the
+zero of each recorded input.
 
 A shift of the prediction that all trials share: their prior is that of a diagnosis, what the data tell of them enters linearly.
 """
@@ -33,15 +34,16 @@ def moved_by_held(
     covariance: FloatArray,
     with_shapes: bool,
 ) -> tuple[dict[str, FloatArray], FloatArray, FloatArray]:
-    """By each nominal value that is held, and each gain and zero of a channel: how far (p,) the optimum is likely to lie from here, in the
-    cube, because that is another, by what its owner knows of it and what these data tell; the covariance (p, p) of how far by all of them;
-    and what the prediction (N,), SI, changes by once they are where the data want them.
+    """By each nominal value that is held, each gain and zero of an output and each zero of an input: how far (p,) the optimum is likely to
+    lie from here, in the cube, because that is another, by what its owner knows of it and what these data tell; the covariance (p, p) of
+    how far by all of them; and what the prediction (N,), SI, changes by once they are where the data want them.
 
     slopes : (N, p) and psi : (N,), weighed; table : (N, p), the slopes as they are; unit : the loss's rise that is one sd, squared, over
     2; predicted : (N,), SI; covariance : (p, p), over that unit; with_shapes : shapes of the law are held values, too.
     """
     of_setup = _by_setup(objective, weigh, slopes, predicted, (GAIN, ZERO, MASS))
-    columns = {**_by_held_values(objective, point, predicted, with_shapes), **of_setup}
+    of_inputs = _by_input_zeros(objective, weigh, slopes, point, predicted)
+    columns = {**_by_held_values(objective, point, predicted, with_shapes), **of_setup, **of_inputs}
     if not columns:
         return {}, np.zeros((point.size, point.size)), np.zeros(predicted.size)
     changes = np.array(list(columns.values())).T
@@ -77,10 +79,28 @@ def _by_held_values(objective: Objective, point: FloatArray, predicted: FloatArr
         tried[name][2 * place : 2 * place + 2] = both
         tried[name] = np.clip(tried[name], bounds[name].min, bounds[name].max)
     rows = objective.prediction.many({**objective.values, **objective.space.at(point), **tried}, objective.on)
-    sides = np.array([rows[0::2] - predicted, predicted - rows[1::2]])
-    runs = np.all(np.isfinite(sides), axis=2)  # (2, names)
-    change = np.sum(np.nan_to_num(sides) * runs[:, :, None], axis=0) / np.maximum(runs.sum(axis=0), 1)[:, None]
-    return {name: row if runs[:, place].any() else row * np.nan for place, (name, row) in enumerate(zip(ends, change, strict=True))}
+    return {name: _change(predicted, *rows[2 * place : 2 * place + 2]) for place, name in enumerate(ends)}
+
+
+def _change(predicted: FloatArray, up: FloatArray, down: FloatArray) -> FloatArray:
+    """What a prediction (N,) changes by from here to an end, as the mean of the sides that run; nan where neither does."""
+    sides = [side for side in (up - predicted, predicted - down) if np.all(np.isfinite(side))]
+    return np.mean(sides, axis=0) if sides else np.full(predicted.size, np.nan)
+
+
+def _by_input_zeros(
+    objective: Objective, weigh: Callable[[FloatArray], FloatArray], slopes: FloatArray, point: FloatArray, predicted: FloatArray
+) -> dict[str, FloatArray]:
+    """What the prediction (N,) changes by, in SI, where the zero of a recorded input is one sd off in all trials alike: by that of a load
+    a force in proportion leans, and it moves the parameters by as much. Not where the fit frees an effect that does the same."""
+    prediction, columns = objective.prediction, dict[str, FloatArray]()
+    values = {**objective.values, **objective.space.at(point)}
+    for zero in prediction.input_zeros:
+        up, down = (prediction.one({**values, zero.name: side * zero.sd}, objective.on) for side in (1, -1))
+        column = _change(predicted, up, down)
+        if not np.all(np.isfinite(column)) or not _is_freed(objective, slopes, weigh(column)):
+            columns[zero.name] = column
+    return columns
 
 
 def _by_setup(

@@ -143,10 +143,10 @@ def slopes(
 ) -> tuple[FloatArray, FloatArray]:
     """Prediction (N,) and its slopes (N, p) with respect to a point of the cube, or to some of its places."""
     at, rates = space.at(point), space.slopes(point)
-    scales = {one.name: abs(at[one.name]) if one.log else one.high - one.low for one in space.free}
+    scales = {one.name: one.scale(at[one.name]) for one in space.free}
     places = list(range(len(space.free)) if only is None else only)
     names = [space.names[place] for place in places]
-    row, table = prediction.jacobian({**values, **at}, names, scales, on)
+    row, table = prediction.jacobian({**values, **at}, names, scales, on, prior=False)
     return row, table * (rates[places] / np.array([scales[name] for name in names]))
 
 

@@ -59,9 +59,10 @@ class Estimate:
 
 @dataclass(frozen=True, slots=True)
 class ChannelFit:
-    """How far the identified model is from one channel. `noise` is nan where no recording was repeated, `of_replicates` where no mean was;
-    `follows_itself` is the correlation of neighbouring residuals, `beyond_noise` by how many sd the repeats tell that the residual is more
-    than their noise, nan without repeats."""
+    """How far the identified model is from one channel. `noise` is nan where no recording was repeated, `of_replicates` where no mean was,
+    or where all replicates read alike, and is what was stated of the means where that is more; `follows_itself` is the correlation of
+    neighbouring residuals, `beyond_noise` by how many sd the repeats tell that the residual is more than their noise, nan without
+    repeats."""
 
     rms: float
     share: float

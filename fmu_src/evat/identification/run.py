@@ -125,7 +125,8 @@ HELD_MATTERS = 0.3  # sd by which a nominal value that is held moves an estimate
 
 def _held(objective: Objective, optimum: Optimum) -> tuple[str, ...]:
     """Nominal values that are held, known to a share only, and in the intervals; set-up errors that are most of them."""
-    names, setup = objective.space.names, {parameter.name: parameter for parameter in objective.prediction.setup.parameters}
+    names, prediction = objective.space.names, objective.prediction
+    setup = {parameter.name: parameter for parameter in (*prediction.setup.parameters, *prediction.input_zeros)}
     shapes = {shape.name for shape in objective.shapes}
     told, most, doubts = list[str](), list[str](), list[str]()
     for name, moved in optimum.held.items():
@@ -231,7 +232,7 @@ def _journal(execution: Execution, objective: Objective, settings: Settings) -> 
         "evat": importlib.metadata.version("evat"),
         "model": prediction.model.digest,
         "data": prediction.experiment.data_hash,
-        "recorded": _digest(prediction),
+        "recorded": _digest(objective),
         "conditions": list(prediction.experiment.conditions),
         "nominal": {name: value for name, value in sorted(prediction.nominal.items())},
         "values": {name: value for name, value in sorted(objective.values.items())},
@@ -246,12 +247,19 @@ def _journal(execution: Execution, objective: Objective, settings: Settings) -> 
     return Journal(execution.journal, facts, execution.resume)
 
 
-def _digest(prediction: Prediction) -> str:
-    """Of what was measured, and along what: an experiment that was made in memory, or compressed in another way, has no file that tells."""
-    digest = hashlib.sha256(np.ascontiguousarray(prediction.measured).tobytes())
-    for trial in prediction.experiment.trials:
-        for column in (trial.times, *trial.inputs.values()):
+def _digest(objective: Objective) -> str:
+    """Of what was measured and how it weighs, and along what: an experiment that was made in memory, or compressed in another way, has no
+    file that tells."""
+    experiment = objective.prediction.experiment
+    digest = hashlib.sha256(np.ascontiguousarray(objective.prediction.measured).tobytes())
+    digest.update(np.ascontiguousarray(objective.weights).tobytes())
+    for trial in experiment.trials:
+        lead = (trial.lead_in.times, *trial.lead_in.inputs.values()) if trial.lead_in is not None else ()
+        for column in (trial.times, *trial.inputs.values(), *lead):
             digest.update(np.ascontiguousarray(column).tobytes())
+    means = {name: column.tolist() for name, column in experiment.means.values.items()} if experiment.means is not None else {}
+    stated = [sorted(trial.values.items()) for trial in experiment.trials], sorted(experiment.setup_sd.items())
+    digest.update(repr((stated, sorted(means.items()), experiment.nominal.initial_bristle)).encode())
     return digest.hexdigest()
 
 

@@ -57,6 +57,11 @@ class Free:
         """d value / d u."""
         return self.coordinate.slope(u)
 
+    def scale(self, value: float) -> float:
+        """How large a change from a value is one of the parameter, of which a small share is a step of its slope: that of its usual
+        magnitudes, and no more than its bounds are apart. These may be as far apart as one likes."""
+        return abs(value) if self.log else min(self.high - self.low, max(abs(value), abs(self.start), self.variable.nominal))
+
 
 @dataclass(frozen=True, slots=True)
 class Space:

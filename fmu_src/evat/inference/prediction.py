@@ -336,14 +336,21 @@ class Prediction:
         return self.one(own, on) - self.one(finer, on)
 
     def jacobian(
-        self, values: Mapping[str, float | str], names: Sequence[str], scales: Mapping[str, float], on: Sequence[str] = ()
+        self,
+        values: Mapping[str, float | str],
+        names: Sequence[str],
+        scales: Mapping[str, float],
+        on: Sequence[str] = (),
+        *,
+        prior: bool = True,
     ) -> tuple[FloatArray, FloatArray]:
         """The prediction (N,) and its derivatives (N, p) with respect to `names` times their `scales`, by one-sided differences.
 
-        A step goes towards the inside of a variable's bounds.
+        A step goes towards the inside of a variable's bounds. prior : the scales are prior standard deviations, by one of which no number
+        changes by more than counts; else they say no more than how long a step is.
         """
         if (sampled := self._sampled_as(values)) is not self:
-            return sampled.jacobian(values, names, scales, on)
+            return sampled.jacobian(values, names, scales, on, prior=prior)
         bounds = {variable.name: variable for variable in self.model.variables}
         linear = {e.parameter.name: e for e in self._linear(values)}
         own = [name for name in names if name not in self.setup.names and name not in linear]
@@ -360,7 +367,7 @@ class Prediction:
         rows = self._of_model({**self._simulated(values), **lanes}, on, smooth=smooth)
         here = self._of_model(self._simulated(values), on)[0] if smooth else rows[0]
         here = here + sum((self._away(each, values)[0] * each.column for each in linear.values()), np.zeros(1))
-        most = self._steepest(here)
+        most = self._steepest(here) if prior else np.inf
         inner = [np.clip((row - rows[0]) / (step / scale), -most, most) for row, step, scale in zip(rows[1:], steps, size, strict=False)]
         for name in (name for name in linear if name in names):
             parameter = linear[name].parameter

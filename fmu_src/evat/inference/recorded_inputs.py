@@ -17,7 +17,7 @@ from scipy.signal import correlate
 
 from evat.constants import CONSTANTS
 from evat.experiment import Experiment, Trial
-from evat.experiment.smoothing import derivative, noise_sd, smoothed
+from evat.experiment.smoothing import derivative, mean_step, noise_sd, smoothed
 from evat.inference.checks import rms
 from evat.model import FloatArray, IntArray
 from evat.required_inputs import FRICTION, MOTION
@@ -111,7 +111,7 @@ def _ends_alike(longer: Trial, shorter: Trial) -> bool:
 def _differentiated_again(times: FloatArray, velocity: FloatArray, sd: float, draw: np.random.Generator) -> FloatArray:
     """The velocity (n,) that would have come of its position with fresh noise of this standard deviation."""
     position = cumulative_trapezoid(velocity, times, initial=0.0) + sd * draw.normal(size=velocity.size)
-    return derivative(position, float(np.median(np.diff(times))), sd=sd)
+    return derivative(position, mean_step(times), sd=sd)
 
 
 def _inertia_beyond(
@@ -122,7 +122,7 @@ def _inertia_beyond(
     trials = [experiment.trials[place] for place in places]
     if experiment.mass == 0 or velocity is None:
         return None
-    step, fresh = float(np.median(np.diff(trials[0].times))), draw.normal(size=velocity.size)
+    step, fresh = mean_step(trials[0].times), draw.normal(size=velocity.size)
     if sd := max(trial.position_sd.get(MOTION, 0.0) for trial in trials):
         again = derivative(cumulative_trapezoid(velocity, dx=step, initial=0.0) + sd * fresh, step, 2, sd=sd)
     elif sd := max(noise_sd(trial.inputs[MOTION]) for trial in trials):

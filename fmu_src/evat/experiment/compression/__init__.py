@@ -135,7 +135,7 @@ def compress_experiment(
     for entry in document.trials:
         record = _Record(document, entry, trial_columns(document, entry, model), model, done)
         if record.is_short(share):
-            trials += read_entry(entry, record.columns, document, done, None, remarks)
+            trials += read_entry(entry, record.columns, document, model, done, None, remarks)
             continue
         some, said = record.compressed(share)
         remarks += record.remarks

@@ -10,6 +10,7 @@ withheld         : the search was stopped, the model misses what was measured, o
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Literal
 
 import numpy as np
 
@@ -25,7 +26,7 @@ from evat.units import display
 
 BROAD = 0.5  # half the interval over the estimate
 COUPLED = 0.9  # correlation from which two parameters are told as one
-EDGE = 1e-4  # of the unit interval
+EDGE = 1e-4  # of the unit interval, and a standard error: an estimate that is nearer to a bound lies on it
 PULL = 3.0  # sd: how steeply the loss falls beyond a bound, from which the bound decides and not the data
 
 
@@ -49,15 +50,15 @@ def estimates(
     poor = [name for name, word in zip(objective.space.names, words, strict=True) if word != "identified" and not stopped]
     untold = [
         name
-        for name, word, u in zip(objective.space.names, words, optimum.point, strict=True)
-        if word == "not identifiable" or not EDGE < u < 1 - EDGE
+        for place, (name, word) in enumerate(zip(objective.space.names, words, strict=True))
+        if word == "not identifiable" or _edge(optimum, place)
     ]
     advices = advise(objective, optimum, poor, untold)
     verdicts, signals = [], objective.prediction.experiment.signals
     for place, (one, told, curve) in enumerate(zip(objective.space.free, words, profiles, strict=True)):
         u = float(optimum.point[place])
         sd_u = float(np.sqrt(optimum.covariance[place, place]))
-        edge = "lower" if u < EDGE else "upper" if u > 1 - EDGE else ""
+        edge = _edge(optimum, place)
         why = "" if told == "identified" else _why(objective, related, place, edge, curve, reason(one.name, known))
         word: Word = "withheld" if against[place] else told
         why = "; ".join([*against[place], *([why] if why and not stopped else [])])
@@ -72,7 +73,7 @@ def estimates(
                 high=float("nan") if curve is None else one.value(curve.high),
                 open_below=curve is not None and curve.open_below,
                 open_above=curve is not None and curve.open_above,
-                at_bound=edge,  # type: ignore[arg-type]
+                at_bound=edge,
                 verdict=word,
                 why=why,
                 advice=advices.get(one.name, ""),
@@ -82,11 +83,16 @@ def estimates(
     return tuple(verdicts)
 
 
+def _edge(optimum: Optimum, place: int) -> Literal["", "lower", "upper"]:
+    """On which of its bounds an estimate lies. The bounds may be so far apart that an estimate well inside is near to one beside that."""
+    u, near = float(optimum.point[place]), min(EDGE, float(np.sqrt(optimum.covariance[place, place])))
+    return "lower" if u < near else "upper" if u > 1 - near else ""
+
+
 def _against(objective: Objective, optimum: Optimum, words: Sequence[Word], missed: Sequence[str], stopped: bool) -> list[list[str]]:
     """Of each parameter what speaks against any verdict on it."""
-    names, u = objective.space.names, optimum.point
-    outward = np.where(u < EDGE, -optimum.pull, np.where(u > 1 - EDGE, optimum.pull, 0.0))
-    kept = [name for name, steep in zip(names, outward, strict=True) if steep > PULL]
+    names, outward = objective.space.names, {"lower": -optimum.pull, "upper": optimum.pull, "": np.zeros(optimum.pull.size)}
+    kept = [name for place, name in enumerate(names) if outward[_edge(optimum, place)][place] > PULL]
     against = []
     for name, word in zip(names, words, strict=True):
         others = [other for other in kept if other != name]
@@ -111,7 +117,7 @@ def _word(objective: Objective, optimum: Optimum, place: int, profile: Profile |
     half = 0.5 * (one.value(profile.high) - one.value(profile.low))
     closed = not (profile.open_below or profile.open_above or profile.valleys)
     scale = abs(value) if one.low > 0 or one.high < 0 else one.high - one.low  # where zero is inside, a relative width says nothing
-    return "identified" if closed and half <= BROAD * scale and EDGE < u < 1 - EDGE else "weak"
+    return "identified" if closed and half <= BROAD * scale and not _edge(optimum, place) else "weak"
 
 
 def _why(objective: Objective, related: FloatArray, place: int, edge: str, profile: Profile | None, sentence: str) -> str:

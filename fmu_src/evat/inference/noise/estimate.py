@@ -80,9 +80,10 @@ def estimate_noise(prediction: Prediction, predicted: FloatArray, *, prior: bool
     prior : whether the random effects have the priors above, which count as prior_trials repeats and are all there is without repeats. A
         diagnosis needs them, lest a change of the gain pass for an effect; an interval that is to cover the truth as often as it says
         counts what these data show, and nothing else.
-    from_residual : a channel without repeats has the noise that the residual of `predicted` shows, whatever the model lacks in it; else
-        its size is that of the second differences of each recording, which are next to free of what a model lacks, and how it goes on from
-        sample to sample is told where the residual is calm.
+    from_residual : a channel without repeats has the noise that the residual of `predicted` shows, whatever the model lacks in it, each
+        recording of enough samples its own; beside repeats, a recording of a condition without has theirs, or what its second differences
+        show, where that is more. Else the size of a channel without repeats is that of the second differences of each recording, which are
+        next to free of what a model lacks, and how it goes on from sample to sample is told where the residual is calm.
     """
     residual = prediction.measured - predicted
     groups: dict[tuple[str, str], list[int]] = {}
@@ -118,13 +119,16 @@ def estimate_noise(prediction: Prediction, predicted: FloatArray, *, prior: bool
                     slopes.append((coefficients, basis[calm], (len(alike) - 1) / len(alike)))  # R repeats have R - 1 differences
                     fewer = np.sqrt(row.size / (row.size - BETWEEN))  # numbers than samples, once these were fitted
                     left[place] = without_jumps(fewer * (row - basis @ coefficients), together)
+        rows_of = {place: residual[prediction.segments[place].at] for places in own.values() for place in places}
         steps = [_step(prediction, place) for place in left]
         conditions = [prediction.segments[place].condition for place in left]
         irregulars[channel] = irregular(list(left.values()), steps, [shown[place] for place in left], conditions)
         if left:
             filters[channel] = _of_repeats(left, own.values(), sizes)
+            if from_residual:
+                for place in _single(left, own.values()):
+                    sizes[place] = max(sizes[place], _size_where_calm(prediction, predicted, place, filters[channel], rows_of[place]))
         else:
-            rows_of = {place: residual[prediction.segments[place].at] for places in own.values() for place in places}
             filters[channel] = _unrepeated(prediction, predicted, rows_of, sizes, from_residual)
         _stated(prediction, channel, filters[channel], sizes)
         spread[channel] = _spread(prediction, channel, predicted, slopes, filters[channel], sizes, prior)
@@ -165,6 +169,28 @@ def repeatability(prediction: Prediction) -> dict[str, float]:
         known = np.concatenate([np.zeros(0), *(sd[np.isfinite(sd)] for sd in own)])  # of recordings without repeats
         level[channel] = float(np.sqrt(np.mean(np.concatenate([*rows, known]) ** 2)))
     return {channel: sd for channel, sd in level.items() if sd > 0}
+
+
+def noise_level(prediction: Prediction, residual: FloatArray) -> dict[str, float]:
+    """Standard deviation of a sample as repeats show it (`repeatability`), by channel. A recording of a condition without repeats counts
+    with what the second differences of its residual (N,), calculated less measured, show, where that is more."""
+    level, trials = repeatability(prediction), prediction.experiment.trials
+    by_condition = {c: [trial for trial in trials if trial.condition == c] for c in dict.fromkeys(trial.condition for trial in trials)}
+    single = {condition for condition, own in by_condition.items() if not comparable(own)}
+    if not level or not single:
+        return level
+    predicted = prediction.measured + residual
+    noise, stated = estimate_noise(prediction, predicted, prior=False, from_residual=True), stated_sd(prediction)
+    for channel, sd in level.items():
+        growth = float(np.sqrt(np.sum(impulse_response(noise.filters[channel]) ** 2)))
+        squares = np.full(prediction.measured.size, sd**2)
+        for place, segment in enumerate(prediction.segments):
+            if segment.channel == channel and segment.trial >= 0 and segment.condition in single and np.isnan(stated[segment.at][0]):
+                row = residual[segment.at]
+                own = growth * _size_where_calm(prediction, predicted, place, noise.filters[channel], row)
+                squares[segment.at] = max(sd, own) ** 2
+        level[channel] = float(np.sqrt(np.mean(squares[prediction.places(channel)])))
+    return level
 
 
 def stated_sd(prediction: Prediction) -> FloatArray:
@@ -227,6 +253,9 @@ def _unrepeated(
     if from_residual:
         filter_ = autoregression(list(rows.values()))
         sizes[list(rows)] = innovation_sd(filter_, list(rows.values()))
+        for place, row in rows.items():
+            if row.size >= CONSTANTS.samples_of_own_noise:
+                sizes[place] = innovation_sd(filter_, [row])
         return filter_
     regular, calm = dict[int, FloatArray](), list[FloatArray]()
     for place, row in rows.items():
@@ -239,12 +268,20 @@ def _unrepeated(
     told = autoregression_where_calm(calm)
     filter_ = WHITE if told is None else told
     for place, row in regular.items():
-        if row.size > 4:
-            beside = _beside_jumps(row, predicted[prediction.segments[place].at])
-            sizes[place] = innovation_sd_where_calm(filter_, row, beside)
-        else:
-            sizes[place] = np.std(row)
+        sizes[place] = _size_where_calm(prediction, predicted, place, filter_, row)
     return filter_
+
+
+def _size_where_calm(prediction: Prediction, predicted: FloatArray, place: int, filter_: FloatArray, row: FloatArray) -> float:
+    """The innovations' sd in a residual (n,) of a recording, by its second differences; of very few samples their own sd."""
+    if row.size <= 4:
+        return float(np.std(row))
+    return innovation_sd_where_calm(filter_, row, _beside_jumps(row, predicted[prediction.segments[place].at]))
+
+
+def _single(left: Mapping[int, FloatArray], conditions: Iterable[Sequence[int]]) -> list[int]:
+    """Places of the recordings in conditions of which nothing was recorded twice."""
+    return [place for places in conditions if not any(each in left for each in places) for place in places]
 
 
 def _cycle(prediction: Prediction, place: int) -> float:
@@ -338,7 +375,7 @@ def _mean_sd(means: Means, channel: str, residual: FloatArray, from_residual: bo
     sd, degrees = replicate_sd(means.conditions, means.outputs[channel])
     level = float(np.sqrt(np.mean(means.outputs[channel] ** 2)))
     if from_residual:
-        return sd if degrees else float(np.sqrt(np.mean(residual**2)))
+        return sd if sd > 0 else float(np.sqrt(np.mean(residual**2)))  # of replicates that read alike, too
     if degrees:
         return float(
             np.sqrt(

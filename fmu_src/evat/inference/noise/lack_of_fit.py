@@ -13,6 +13,7 @@ from scipy.stats import f, norm
 
 from evat.experiment import Means
 from evat.inference.noise.estimate import repeats
+from evat.inference.noise.means import between_replicates
 from evat.inference.prediction import Prediction
 from evat.model import FloatArray
 
@@ -60,14 +61,13 @@ def _sd(chance: float) -> float:
 
 
 def _of_replicates(means: Means, residual: FloatArray) -> float | None:
-    """The same of averages (rows,), which are few: by the chance of their F, as sd of a normal variable; None without replicates."""
-    shared, within, degrees = 0.0, 0.0, 0
-    conditions = tuple(dict.fromkeys(means.conditions))
+    """The same of averages (rows,), which are few: by the chance of their F, as sd of a normal variable; None without replicates that
+    differ."""
+    conditions, shared = tuple(dict.fromkeys(means.conditions)), 0.0
+    within, degrees = between_replicates(means.conditions, residual)
     for condition in conditions:
         own = residual[[each == condition for each in means.conditions]]
         shared += own.size * float(own.mean()) ** 2
-        within += float(np.sum((own - own.mean()) ** 2))
-        degrees += own.size - 1
-    if not degrees or not within > 0:
+    if not within > 0:
         return None
     return _sd(float(f.sf(shared / len(conditions) / (within / degrees), len(conditions), degrees)))

@@ -16,13 +16,20 @@ from evat.model import FloatArray
 
 def replicate_sd(conditions: Sequence[str], column: FloatArray) -> tuple[float, int]:
     """Standard deviation of one mean (rows,) about others of its condition, pooled, and its degrees of freedom; nan and 0 without
-    replicates."""
+    replicates. 0 where all replicates read alike, as on a display of few digits: these tell no noise."""
+    total, degrees = between_replicates(conditions, column)
+    return (float(np.sqrt(total / degrees)), degrees) if degrees else (float("nan"), 0)
+
+
+def between_replicates(conditions: Sequence[str], column: FloatArray) -> tuple[float, int]:
+    """The squares of what means (rows,) differ by from the mean of their condition, added up, and their degrees of freedom."""
     total, degrees = 0.0, 0
     for condition in dict.fromkeys(conditions):
         own = column[[each == condition for each in conditions]]
-        total += float(np.sum((own - own.mean()) ** 2))
+        apart = own - own[0]  # just 0 where they read alike, which the mean of three may round
+        total += float(np.sum((apart - apart.mean()) ** 2))
         degrees += own.size - 1
-    return (float(np.sqrt(total / degrees)), degrees) if degrees else (float("nan"), 0)
+    return total, degrees
 
 
 def nugget(conditions: FloatArray, residual: FloatArray) -> float:
