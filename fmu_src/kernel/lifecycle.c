@@ -93,6 +93,8 @@ static enum Status load_alike(struct Contact *contact, const struct Configuratio
         if (w->on[n]->begin)
             w->on[n]->begin(w->on_p[n], &x, x.state + w->on_state[n]);
     store_states(contact, w, &x);
+    for (int i = 0; i < LANES; ++i)
+        forget_past(contact, i); /* of bristles that nothing bent */
     return kernel_event(contact);
 }
 

@@ -151,6 +151,8 @@ struct Past {
 void remember(struct Contact *contact, const struct Configuration *w, int lane, double h, const struct Point *start,
               const struct Point *middle, const struct Point *end);
 void remember_host_step(struct Contact *contact, const struct Configuration *w, int lane, const struct Point *x);
+/* Nothing is known of the forces before: what is felt first has been so for ever. */
+void forget_past(struct Contact *contact, int lane);
 /* The chip's forces, as channels are measured, at time t <= x->t; before all that is known, the first that is known. */
 void recall(const struct Past *past, const struct Point *x, int lane, double t, double force[CHANNELS]);
 /* The first time in (from, to) at which the forces of the past have jumped, up to the step that begins with start; else

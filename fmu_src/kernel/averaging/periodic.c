@@ -118,7 +118,7 @@ static enum Status find_deflection(struct Contact *contact, const struct Configu
             trial.value[VAR_BRISTLE_DEFLECTION][i] = z[i];
             trial.value[VAR_TIME][i] = start;
             trial.value[VAR_SLIDING_DISTANCE][i] = contact->value[VAR_SLIDING_DISTANCE][i]; /* what goes by it stays */
-            trial.past.count[i] = trial.past.first[i] = trial.past.settled[i] = trial.past.joined[i] = 0;
+            forget_past(&trial, i);
             trial.next_step[i] = contact->next_step[i];
             copy_breakpoints(&trial, contact, i);
             z_before[i] = n == 0 ? 0 : z_before[i];
@@ -196,7 +196,7 @@ static enum Status cycle(const struct Contact *contact, const struct Configurati
 {
     *trial = *contact;
     EACH_LANE
-        trial->past.count[i] = trial->past.first[i] = trial->past.settled[i] = trial->past.joined[i] = 0;
+        forget_past(trial, i);
     for (int n = 0; n < count; ++n)
         EACH_LANE
             trial->value[unknown_index(w, n)][i] = from[n][i];
@@ -461,7 +461,7 @@ static enum Status fill_history(struct Contact *contact, const struct Configurat
     struct Contact before = *contact;
     EACH_LANE {
         before.value[VAR_TIME][i] = contact->value[VAR_TIME][i] - (cycles - skipped) * period;
-        before.past.count[i] = before.past.first[i] = before.past.settled[i] = before.past.joined[i] = 0;
+        forget_past(&before, i);
     }
     enum Status status = kernel_event(&before);
     if (status == STATUS_OK)
