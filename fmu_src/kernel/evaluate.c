@@ -168,7 +168,7 @@ enum Status show_here(struct Contact *contact, const struct Configuration *w, co
         EACH_LANE
             held[k][i] = contact->sign[k][i];
     if (w->kinematics == KINEMATICS_EXTERNAL) /* inputs may jump without an event: what is shown follows them */
-        settle_sides(contact, w, here, 0, none, &x);
+        settle_sides(contact, w, here, here, none, &x);
     else
         point_at(contact, w, here, &x);
     for (int i = 0; passed && i < LANES; ++i)
@@ -234,7 +234,10 @@ enum Status kernel_event(struct Contact *contact)
             return felt;
     }
     /* hosts find events to some roundings of the time, and stop on either side */
-    act_on_event(contact, &w, here, 1e-9 / w.p[VAR_VIBRATION_FREQUENCY][0] + 1e-12 * fabs(w.p[VAR_TIME][0]), none, &x);
+    lanes ahead;
+    EACH_LANE
+        ahead[i] = 1e-9 / w.p[VAR_VIBRATION_FREQUENCY][i] + 1e-12 * fabs(w.p[VAR_TIME][i]);
+    act_on_event(contact, &w, here, ahead, none, &x);
     for (int i = 0; i < LANES && w.looks_back; ++i)
         remember_host_step(contact, &w, i, &x); /* what stands before and behind a jump */
     EACH_LANE

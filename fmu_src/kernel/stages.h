@@ -126,7 +126,7 @@ void store_states(struct Contact *contact, const struct Configuration *w, const 
 void store_state_of(struct Contact *contact, const struct Configuration *w, const struct Point *x, int lane);
 void show_rates(struct Contact *contact, const struct Configuration *w, const struct Point *x);
 void forget_states(struct Contact *contact, const struct Configuration *w, int lane);
-void lead_states(const struct Configuration *w, enum Driver driver, double ahead, struct Point *x);
+void lead_states(const struct Configuration *w, enum Driver driver, const lanes ahead, struct Point *x);
 void resolving_step(const struct Configuration *w, lanes longest);
 double look_back(const struct Configuration *w, int lane);
 /* The most periods of an effect that lie between two points. */
@@ -265,9 +265,9 @@ int watched(const struct Contact *contact, int k, int i);
  * when this is asked. */
 void rest_law(const struct Configuration *w, lanes *memory);
 void let_go(struct Contact *contact, const struct Configuration *w);
-void settle_sides(struct Contact *contact, const struct Configuration *w, const lanes tau, double ahead,
+void settle_sides(struct Contact *contact, const struct Configuration *w, const lanes tau, const lanes ahead,
                   const int chased[LANES], struct Point *x);
-void act_on_event(struct Contact *contact, const struct Configuration *w, const lanes tau, double ahead,
+void act_on_event(struct Contact *contact, const struct Configuration *w, const lanes tau, const lanes ahead,
                   const int chased[LANES], struct Point *x);
 
 /* step.c: one trial step of h[i] from s[i]: fills middle and end from start; `difference` is what a lower order would
@@ -379,7 +379,7 @@ void cut_at_touch(const struct Contact *contact, const struct Configuration *w, 
 
 /* events.c: act_on_event in the lanes where `event` is set. act_at_step_end: with a slip that is solved for, the law's
  * own events are acted upon at the end of each step, in the lanes that have stepped and have no event of their own. */
-void act_in_lanes(struct Contact *contact, const struct Configuration *w, const lanes s, double ahead,
+void act_in_lanes(struct Contact *contact, const struct Configuration *w, const lanes s, const lanes ahead,
                   const int chased[LANES], const int event[LANES], struct Point *x);
 void act_at_step_end(struct Contact *contact, const struct Configuration *w, const lanes h, const int event[LANES],
                      const struct Point *end);

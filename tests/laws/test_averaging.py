@@ -341,6 +341,22 @@ def test_outputs_are_the_means_and_hold() -> None:
     assert changed == {"cutting_speed"}
 
 
+@pytest.mark.parametrize("delta", [-1.2, 0.6])
+def test_other_outputs_show_the_highest_place_of_an_ellipse_that_an_effect_has_tilted(delta: float) -> None:
+    """There the tool does not move across the surface, and the slip is the speed along it times tan(phi); a tilted ellipse in the phase
+    itself shows the same."""
+    tilted = {"averaging": "cycle", "friction_law": "coulomb", "phase_x": -np.pi / 2}
+    contact = Contact({**tilted, "phase_y": np.pi, "ellipse_phase_error.delta": delta}, ["ellipse_phase_error"])
+    stated = Contact({**tilted, "phase_y": np.pi + delta})
+    for each in (contact, stated):
+        each.start()
+        each.advance(1e-3)
+    along = contact.get("cutting_speed") - contact.get("amplitude_x") * 2 * np.pi * FREQUENCY * np.sin(-np.pi - delta - np.pi / 2)
+    assert contact.get("slip_velocity_used") == pytest.approx(along * np.tan(contact.get("chip_flow_shear_angle")), rel=1e-9)
+    for name in ("slip_velocity_used", "mean_principal_force", "averaging_error"):
+        assert contact.get(name) == pytest.approx(stated.get(name), rel=1e-9)
+
+
 def test_a_window_of_its_own_collects_steps() -> None:
     """Windows of 2.5 ms over steps of 1 ms: means over the last full one, by integrals that rise straight within a step."""
     contact = Contact({"averaging": "cycle", "averaging_window": 2.5e-3})

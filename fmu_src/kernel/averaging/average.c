@@ -25,10 +25,16 @@ static const int rate_of[INTEGRALS] = {VAR_SLIDING_SPEED,
                                        VAR_MEASURED_FEED_FORCE};
 
 /* Start of that cycle, of those that begin with the tool at its highest, whose middle is nearest to t. */
-static double cycle_at(const struct Contact *contact, double t)
+static void cycle_at(const struct Contact *contact, const struct Configuration *w, double t, lanes begin)
 {
-    const double f = contact->value[VAR_VIBRATION_FREQUENCY][0], top = -contact->value[VAR_PHASE_Y][0] / (2 * PI);
-    return (floor(f * t - top) + top) / f;
+    static const lanes here;
+    struct Point x; /* effects may turn the phase */
+    load_states(contact, w, &x);
+    path_at(contact, w, here, &x);
+    EACH_LANE {
+        const double f = contact->value[VAR_VIBRATION_FREQUENCY][i], top = -x.phase_y[i] / (2 * PI);
+        begin[i] = (floor(f * t - top) + top) / f;
+    }
 }
 
 /* Outputs as they are at the instant that the contact stands at. */
@@ -61,14 +67,15 @@ static enum Status look(struct Contact *contact, double t, double cycles, struct
                         struct CycleSums *seen, lanes mean[INTEGRALS])
 {
     const uint64_t all = contact->effects_on;
-    lanes closed;
+    lanes closed, begin;
     EACH_LANE {
         closed[i] = contact->window[i];
         contact->window[i] = 1e300; /* no window ends within these cycles */
     }
     contact->effects_on = all & ~sensors_on(contact);
     *w = wire(contact);
-    const enum Status status = run_cycles(contact, w, cycle_at(contact, t), cycles, seen);
+    cycle_at(contact, w, t, begin);
+    const enum Status status = run_cycles(contact, w, begin, cycles, seen);
     if (status == STATUS_OK)
         go_on(contact, seen, cycles, mean);
     contact->effects_on = all;
@@ -194,13 +201,15 @@ enum Status average_here(struct Contact *contact)
 
 enum Status average_start(struct Contact *contact)
 {
-    const double start = contact->value[VAR_TIME][0], begin = cycle_at(contact, start);
+    const double start = contact->value[VAR_TIME][0];
     const int periodic = chosen(contact->value, VAR_INITIAL_STATE, 0) == PERIODIC;
     const uint64_t all = contact->effects_on;
-    lanes mean[INTEGRALS];
+    lanes mean[INTEGRALS], begin;
     contact->effects_on = all & ~sensors_on(contact);
+    const struct Configuration w = wire(contact);
+    cycle_at(contact, &w, start, begin);
     EACH_LANE {
-        contact->value[VAR_TIME][i] = begin;
+        contact->value[VAR_TIME][i] = begin[i];
         contact->value[VAR_AVERAGING][i] = RESOLVED; /* as each cycle is */
         contact->earlier_time[0][i] = contact->earlier_time[1][i] = -INFINITY;
         contact->served[i] = MOST_SERVED;

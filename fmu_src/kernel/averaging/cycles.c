@@ -29,7 +29,8 @@ static double drift_of(const struct Contact *contact, const struct Configuration
     return most;
 }
 
-static enum Status run_cycle(struct Contact *contact, struct Configuration *w, double begin, struct CycleSums *seen)
+static enum Status run_cycle(struct Contact *contact, struct Configuration *w, const lanes begin,
+                             struct CycleSums *seen)
 {
     struct Course course;
     struct Point from; /* of which the states alone are asked */
@@ -41,7 +42,7 @@ static enum Status run_cycle(struct Contact *contact, struct Configuration *w, d
             start[n][i] = (*integral)[i] = integral_of[n] == VAR_SLIDING_DISTANCE ? (*integral)[i] : 0;
     }
     EACH_LANE {
-        contact->value[VAR_TIME][i] = begin;
+        contact->value[VAR_TIME][i] = begin[i];
         z[i] = contact->value[VAR_BRISTLE_DEFLECTION][i];
         repeat_breakpoints(contact, w, i);
     }
@@ -124,7 +125,7 @@ int stand_for(const struct CycleSums *seen, double cycles, int i)
     return seen->periodic[i] || cycles < seen->cycles[i] + 0.5;
 }
 
-enum Status run_cycles(struct Contact *contact, struct Configuration *w, double begin, double cycles,
+enum Status run_cycles(struct Contact *contact, struct Configuration *w, const lanes begin, double cycles,
                        struct CycleSums *seen)
 {
     lanes from[EFFECT_STATES], slid, aside[OWN_ROWS];
