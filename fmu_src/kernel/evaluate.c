@@ -217,7 +217,7 @@ double kernel_nominal(const struct Contact *contact, int index)
     const double nominal = kernel_variable(index)->nominal, usual = nominal > 0 ? nominal : 1;
     if (index != VAR_BRISTLE_DEFLECTION)
         return usual;
-    const double reach = larger(contact->value[VAR_F_C][0], contact->value[VAR_F_S][0]) / contact->value[VAR_SIGMA0][0];
+    const double reach = stated_level(contact->value, 0) / contact->value[VAR_SIGMA0][0];
     return smaller(usual, larger(reach, NO_DEFLECTION));
 }
 

@@ -476,6 +476,7 @@ struct FrictionLaw {
     const char *reads; /* parameters and inputs of the base table in its equation, comma-separated, beside the slip */
     const struct Variable *variables; /* may be NULL */
     int count;
+    int has_static; /* it reads F_S, which else is F_C wherever the size of its friction is asked for */
     /* F_C and F_S in place of those of the base table, from the load, before the effects act, and again where these
      * have raised friction, by so much; may be NULL */
     void (*level)(const lanes *p, const lanes raised, struct Point *x);

@@ -18,12 +18,13 @@ static int anywhere(const lanes flag)
 /* All that a point out of contact needs while nobody looks: no force, bristles that relax. */
 static void coast(const struct Configuration *w, struct Point *x)
 {
+    const double *const F_S = w->p[w->law->has_static ? VAR_F_S : VAR_F_C];
     EACH_LANE {
         x->k[i] = x->F[i] = x->N[i] = x->F_p[i] = x->F_f[i] = x->P_f[i] = x->P_s[i] = x->drive[i] = x->target[i] =
             x->clamped[i] = x->outside[i] = x->edge_p[i] = x->edge_f[i] = x->piece[i] = 0;
         x->rate[i] = w->p[VAR_RELEASE_TIME][i] >= NO_TIME ? 1 / w->p[VAR_RELEASE_TIME][i] : 0;
         x->F_C[i] = w->p[VAR_F_C][i];
-        x->F_S[i] = w->p[VAR_F_S][i];
+        x->F_S[i] = F_S[i];
         x->P[i] = w->p[VAR_SIGMA0][i];
     }
     x->warnings = 0;

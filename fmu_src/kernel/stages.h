@@ -566,6 +566,13 @@ static inline double level_of(const struct Configuration *w, const struct Point 
     return larger(x->F_C[lane], smaller(x->F_S[lane], w->p[VAR_F_S][lane]));
 }
 
+/* The same as parameters state it, before load and effects have their say. */
+static inline double stated_level(const lanes *p, int lane)
+{
+    const int has_static = kernel_law((int)p[VAR_FRICTION_LAW][lane])->has_static;
+    return has_static ? larger(p[VAR_F_C][lane], p[VAR_F_S][lane]) : p[VAR_F_C][lane];
+}
+
 /* The furthest that sliding bends a bristle. */
 static inline double reach_of(const struct Point *x, int lane)
 {

@@ -119,7 +119,7 @@ static double error_of(const struct Contact *contact, const struct CycleSums *se
 {
     const double period = period_of(contact), whole = larger(h, period),
                  at[2] = {contact->earlier_time[0][i], contact->earlier_time[1][i]};
-    const double loaded = larger(contact->value[VAR_F_C][i], contact->value[VAR_F_S][i]) * mean[DUTY][i];
+    const double loaded = stated_level(contact->value, i) * mean[DUTY][i];
     const int first = at[1] == -INFINITY, as_set = chosen(contact->value, VAR_INITIAL_STATE, i) != PERIODIC;
     const double cycles = h / period, beside = fabs(cycles - floor(cycles + 0.5)), piece = beside < 1e-6 ? 0 : beside;
     const double pieces = piece > 0 ? smaller(1, 3 * piece / mean[DUTY][i]) / cycles : 0; /* 3: peak over mean */

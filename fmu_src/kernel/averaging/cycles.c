@@ -92,7 +92,7 @@ static double at_most(double cycles) { return smaller(larger(cycles, 1), 1e3); }
 static int goes_on_alike(struct Contact *contact, const struct Configuration *w, double cycles, struct CycleSums *seen,
                          int i)
 {
-    const double reach = larger(contact->value[VAR_F_C][i], contact->value[VAR_F_S][i]) / contact->value[VAR_SIGMA0][i],
+    const double reach = stated_level(contact->value, i) / contact->value[VAR_SIGMA0][i],
                  departure = fabs(seen->departure[i]);
     seen->drifts[i] = seen->drift[i] * at_most(cycles) > contact->value[VAR_RELATIVE_TOLERANCE][i];
     if (seen->drifts[i])

@@ -158,7 +158,7 @@ static enum Status find_deflection(struct Contact *contact, const struct Configu
             return status;
         converged = 1;
         for (int i = 0; i < LANES; ++i) {
-            const double reach = larger(trial.value[VAR_F_C][i], trial.value[VAR_F_S][i]) / trial.value[VAR_SIGMA0][i];
+            const double reach = stated_level(trial.value, i) / trial.value[VAR_SIGMA0][i];
             miss[i] = trial.value[VAR_BRISTLE_DEFLECTION][i] - z[i];
             const int near = fabs(miss[i]) <= 1e-2 * trial.value[VAR_RELATIVE_TOLERANCE][i] * reach;
             done[i] =
@@ -213,7 +213,7 @@ static enum Status find_deflection(struct Contact *contact, const struct Configu
 double scale_of(const struct Contact *contact, int index, int i)
 {
     const double nominal = kernel_variable(index)->nominal,
-                 reach = larger(contact->value[VAR_F_C][i], contact->value[VAR_F_S][i]) / contact->value[VAR_SIGMA0][i];
+                 reach = stated_level(contact->value, i) / contact->value[VAR_SIGMA0][i];
     return index == VAR_BRISTLE_DEFLECTION ? reach
                                            : larger(1e-3 * (nominal > 0 ? nominal : 1), fabs(contact->value[index][i]));
 }
