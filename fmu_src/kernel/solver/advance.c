@@ -208,6 +208,7 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
     }
     EACH_LANE
         course->window_end[i] = window_end(contact, i);
+    t.first = !course->known;
     course->known = 0;
     for (double n = 0; choose_step(contact, w, step, s, course->window_end, &t); ++n) {
         if (n >= most_steps || is_without_end(contact, guard, step, s, n))
