@@ -295,10 +295,12 @@ static void stick(const struct Contact *contact, const struct Configuration *w, 
     }
 }
 
-void forget_slip(struct Point *x)
+void recall_slip(const struct Contact *contact, struct Point *x)
 {
-    EACH_LANE
-        x->solved_slip[i] = x->solved_slope[i] = NAN;
+    EACH_LANE {
+        x->solved_slip[i] = chosen_of(contact->follows[i] != 0, contact->followed_slip[i], NAN);
+        x->solved_slope[i] = NAN;
+    }
 }
 
 /* Where to look for the slip next: by the secant of the last two places; beyond them all at an end, where the flattest

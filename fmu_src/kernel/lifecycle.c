@@ -112,7 +112,8 @@ enum Status kernel_start(struct Contact *contact, double time)
     EACH_LANE
         contact->value[VAR_TIME][i] = contact->window_origin = time;
     EACH_LANE
-        contact->slip_count[i] = contact->slip_first[i] = contact->slip_settled[i] = 0;
+        contact->slip_count[i] = contact->slip_first[i] = contact->slip_settled[i] = contact->follows[i] =
+            contact->followed_slip[i] = 0;
     contact->started = 1;
     enum Status status = begin(contact);
     if (status == STATUS_OK)

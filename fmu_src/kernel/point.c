@@ -143,6 +143,7 @@ void let_go(struct Contact *contact, const struct Configuration *w)
         if (contact->sign[AT_CONTACT][i] > 0)
             continue;
         contact->sign[AT_LAW][i] = 1;
+        contact->follows[i] = contact->followed_slip[i] = 0;
         if (w->p[VAR_RELEASE_TIME][i] >= NO_TIME)
             continue;
         contact->value[VAR_BRISTLE_DEFLECTION][i] = 0;
@@ -176,7 +177,7 @@ static void motion_at(const struct Contact *contact, const struct Configuration 
     EACH_LANE
         x->z[i] = contact->value[VAR_BRISTLE_DEFLECTION][i];
     load_states(contact, w, x);
-    forget_slip(x);
+    recall_slip(contact, x);
     engage_point(contact, w, tau, x);
 }
 

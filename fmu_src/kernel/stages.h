@@ -235,8 +235,8 @@ void friction_open(const struct Contact *contact, const struct Configuration *w,
 void friction_rates(const struct Configuration *w, struct Point *x);
 void friction_force(const struct Configuration *w, struct Point *x);
 /* friction.c: open and rates together, with the slip solved from its own shear angle; the search begins anew after
- * forget_slip. */
-void forget_slip(struct Point *x);
+ * a separation, else goes on with the slip that was solved for last. */
+void recall_slip(const struct Contact *contact, struct Point *x);
 void friction_solved(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x);
 
 /* forces.c: the normal force over the shear load, F being friction over it, and how it rises with F; and the friction

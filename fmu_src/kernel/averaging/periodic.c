@@ -147,6 +147,8 @@ static enum Status find_deflection(struct Contact *contact, const struct Configu
             trial.value[VAR_TIME][i] = start;
             trial.value[VAR_SLIDING_DISTANCE][i] = contact->value[VAR_SLIDING_DISTANCE][i]; /* what goes by it stays */
             forget_past(&trial, i);
+            trial.follows[i] = contact->follows[i];
+            trial.followed_slip[i] = contact->followed_slip[i];
             trial.next_step[i] = contact->next_step[i];
             copy_breakpoints(&trial, contact, i);
             z_before[i] = n == 0 ? 0 : z_before[i];

@@ -46,6 +46,11 @@ static void accumulate(struct Contact *contact, const struct Configuration *w, c
         value[VAR_MEASURED_PRINCIPAL_IMPULSE][i] += of_force[1][i];
         value[VAR_MEASURED_FEED_IMPULSE][i] += of_force[2][i];
     }
+    for (int i = 0; w->current_angle && i < LANES; ++i)
+        if (h[i] > 0 && b->cutting[i] != 0) {
+            contact->follows[i] = fabs(b->solved_slip[i]) < INFINITY;
+            contact->followed_slip[i] = contact->follows[i] != 0 ? b->solved_slip[i] : 0;
+        }
     if (w->drivers)
         store_states(contact, w, b);
     for (int i = 0; w->looks_back && i < LANES; ++i)
