@@ -106,7 +106,7 @@ void show_cusps(struct Contact *contact, const struct Configuration *w, const st
             contact->cusp_of[0][i] = r;
             contact->cusp_of[1][i] = lead;
         }
-        const double nominal = p[VAR_FEED][i] - p[VAR_AMPLITUDE_Y][i] + b;
+        const double nominal = p[VAR_FEED][i] - p[VAR_AMPLITUDE_Y][i] + b + x->raised[i] - x->centre_y[i];
         contact->value[VAR_CUSP_HEIGHT][i] = larger(smaller(b * contact->cusp[i], nominal), 0);
     }
 }

@@ -53,7 +53,7 @@ void measure(const struct Contact *contact, const struct Configuration *w, struc
 }
 
 /* The states of one driver, straight on at the rates of x, by `ahead`. */
-void lead_states(const struct Configuration *w, enum Driver driver, double ahead, struct Point *x)
+void lead_states(const struct Configuration *w, enum Driver driver, const lanes ahead, struct Point *x)
 {
     for (int n = 0; n < w->on_count; ++n) {
         const struct Effect *effect = w->on[n];
@@ -63,7 +63,7 @@ void lead_states(const struct Configuration *w, enum Driver driver, double ahead
         effect->rate(w->on_p[n], x, x->state + w->on_state[n], rate);
         for (int k = 0; k < effect->states; ++k)
             EACH_LANE
-                x->state[w->on_state[n] + k][i] += ahead * rate[k][i];
+                x->state[w->on_state[n] + k][i] += ahead[i] * rate[k][i];
     }
 }
 

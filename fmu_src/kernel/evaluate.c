@@ -168,7 +168,7 @@ enum Status show_here(struct Contact *contact, const struct Configuration *w, co
         EACH_LANE
             held[k][i] = contact->sign[k][i];
     if (w->kinematics == KINEMATICS_EXTERNAL) /* inputs may jump without an event: what is shown follows them */
-        settle_sides(contact, w, here, 0, none, &x);
+        settle_sides(contact, w, here, here, none, &x);
     else
         point_at(contact, w, here, &x);
     for (int i = 0; passed && i < LANES; ++i)
@@ -217,7 +217,7 @@ double kernel_nominal(const struct Contact *contact, int index)
     const double nominal = kernel_variable(index)->nominal, usual = nominal > 0 ? nominal : 1;
     if (index != VAR_BRISTLE_DEFLECTION)
         return usual;
-    const double reach = larger(contact->value[VAR_F_C][0], contact->value[VAR_F_S][0]) / contact->value[VAR_SIGMA0][0];
+    const double reach = stated_level(contact->value, 0) / contact->value[VAR_SIGMA0][0];
     return smaller(usual, larger(reach, NO_DEFLECTION));
 }
 
@@ -234,7 +234,10 @@ enum Status kernel_event(struct Contact *contact)
             return felt;
     }
     /* hosts find events to some roundings of the time, and stop on either side */
-    act_on_event(contact, &w, here, 1e-9 / w.p[VAR_VIBRATION_FREQUENCY][0] + 1e-12 * fabs(w.p[VAR_TIME][0]), none, &x);
+    lanes ahead;
+    EACH_LANE
+        ahead[i] = 1e-9 / w.p[VAR_VIBRATION_FREQUENCY][i] + 1e-12 * fabs(w.p[VAR_TIME][i]);
+    act_on_event(contact, &w, here, ahead, none, &x);
     for (int i = 0; i < LANES && w.looks_back; ++i)
         remember_host_step(contact, &w, i, &x); /* what stands before and behind a jump */
     EACH_LANE

@@ -66,6 +66,8 @@ static const char *flaw_of_course(const struct Contact *contact)
                 return "a side of an event is neither +1 nor -1";
         if (!(contact->next_step[i] > 0))
             return "the next internal step is not above 0";
+        if (contact->follows[i] != 0 && contact->follows[i] != 1)
+            return "a slip that is followed is neither there nor not";
         if (!is_count(contact->window[i]) || !is_count(contact->served[i]))
             return "a count is no whole number from 0 on";
         const double breakpoints = contact->breakpoint_count[i] - contact->breakpoint_next[i];
@@ -80,7 +82,7 @@ static const char *flaw_of_course(const struct Contact *contact)
                    FINITE(contact->event_start) && isfinite(contact->window_origin) && contact->flank_depth >= 0 &&
                    contact->flank_depth < 1 && FINITE(contact->cusp) && FINITE(contact->steady_state) &&
                    FINITE(contact->earlier_force) && FINITE(contact->outlives) && FINITE(contact->changes) &&
-                   FINITE(contact->breakpoints_from) && FINITE(contact->breakpoint)
+                   FINITE(contact->followed_slip) && FINITE(contact->breakpoints_from) && FINITE(contact->breakpoint)
                ? NULL
                : "a memory is no finite number";
 }

@@ -92,11 +92,12 @@ INLINED void friction_open(const struct Contact *contact, const struct Configura
                            struct Point *x)
 {
     const lanes *p = w->p;
+    const double *const F_S = p[w->law->has_static ? VAR_F_S : VAR_F_C];
     EACH_LANE {
         x->sticking[i] = x->limited[i] = 0;
         x->applied[i] = input_at(contact, VAR_APPLIED_FORCE, i, tau[i]);
         x->F_C[i] = p[VAR_F_C][i];
-        x->F_S[i] = p[VAR_F_S][i];
+        x->F_S[i] = F_S[i];
         x->v_s[i] = p[VAR_V_S][i];
         x->P[i] = x->s0[i] = p[VAR_SIGMA0][i];
         x->s1[i] = p[VAR_SIGMA1][i];
@@ -113,6 +114,8 @@ INLINED void friction_open(const struct Contact *contact, const struct Configura
             x->most_along[i] = x->most_against[i] = INFINITY;
         }
         act_on_levels(w, x);
+        for (int i = 0; !w->law->has_static && i < LANES; ++i)
+            x->F_S[i] = x->F_C[i];
         bound_levels(x);
     }
     int softest = 0;
@@ -292,10 +295,12 @@ static void stick(const struct Contact *contact, const struct Configuration *w, 
     }
 }
 
-void forget_slip(struct Point *x)
+void recall_slip(const struct Contact *contact, struct Point *x)
 {
-    EACH_LANE
-        x->solved_slip[i] = x->solved_slope[i] = NAN;
+    EACH_LANE {
+        x->solved_slip[i] = chosen_of(contact->follows[i] != 0, contact->followed_slip[i], NAN);
+        x->solved_slope[i] = NAN;
+    }
 }
 
 /* Where to look for the slip next: by the secant of the last two places; beyond them all at an end, where the flattest
@@ -399,7 +404,7 @@ void friction_solved(const struct Contact *contact, const struct Configuration *
             const double f = x->drive[i] - x->rate[i] * x->z[i],
                          f_beside = beside.drive[i] - beside.rate[i] * beside.z[i];
             /* never 0, and such that the target is within reach: it must not leap where an angle comes to its bound */
-            const double least = larger(fabs(f) * w->p[VAR_SIGMA0][i] / larger(w->p[VAR_F_C][i], w->p[VAR_F_S][i]), 1);
+            const double least = larger(fabs(f) * w->p[VAR_SIGMA0][i] / stated_level(w->p, i), 1);
             x->rate[i] = larger((f - f_beside) / step[i], least);
             x->drive[i] = f + x->rate[i] * x->z[i];
             x->target[i] = x->drive[i] / x->rate[i];

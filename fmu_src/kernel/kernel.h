@@ -239,6 +239,9 @@ struct Contact {
      * these places [s]. See averaging/breakpoints.c. Empty where an effect looks back. */
     lanes breakpoint_count, breakpoint_next, breakpoint_due, breakpoints_from, breakpoint[BREAKPOINTS];
     uint64_t breakpoint_of_event[LANES];
+    /* Where slip and shear angle are solved for, the slip that was last, of the answers that they may have [m/s]; and
+     * whether there is one. */
+    lanes followed_slip, follows;
     lanes largest_difference; /* what relative_tolerance allows a lower order to change in one step */
     lanes window_start[MEANS]; /* the integrals behind the means when the averaging window opened */
     lanes event_start[MEANS]; /* the same at the last event */
@@ -476,6 +479,7 @@ struct FrictionLaw {
     const char *reads; /* parameters and inputs of the base table in its equation, comma-separated, beside the slip */
     const struct Variable *variables; /* may be NULL */
     int count;
+    int has_static; /* it reads F_S, which else is F_C wherever the size of its friction is asked for */
     /* F_C and F_S in place of those of the base table, from the load, before the effects act, and again where these
      * have raised friction, by so much; may be NULL */
     void (*level)(const lanes *p, const lanes raised, struct Point *x);

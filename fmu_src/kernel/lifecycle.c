@@ -93,6 +93,8 @@ static enum Status load_alike(struct Contact *contact, const struct Configuratio
         if (w->on[n]->begin)
             w->on[n]->begin(w->on_p[n], &x, x.state + w->on_state[n]);
     store_states(contact, w, &x);
+    for (int i = 0; i < LANES; ++i)
+        forget_past(contact, i); /* of bristles that nothing bent */
     return kernel_event(contact);
 }
 
@@ -110,7 +112,8 @@ enum Status kernel_start(struct Contact *contact, double time)
     EACH_LANE
         contact->value[VAR_TIME][i] = contact->window_origin = time;
     EACH_LANE
-        contact->slip_count[i] = contact->slip_first[i] = contact->slip_settled[i] = 0;
+        contact->slip_count[i] = contact->slip_first[i] = contact->slip_settled[i] = contact->follows[i] =
+            contact->followed_slip[i] = 0;
     contact->started = 1;
     enum Status status = begin(contact);
     if (status == STATUS_OK)

@@ -18,12 +18,13 @@ static int anywhere(const lanes flag)
 /* All that a point out of contact needs while nobody looks: no force, bristles that relax. */
 static void coast(const struct Configuration *w, struct Point *x)
 {
+    const double *const F_S = w->p[w->law->has_static ? VAR_F_S : VAR_F_C];
     EACH_LANE {
         x->k[i] = x->F[i] = x->N[i] = x->F_p[i] = x->F_f[i] = x->P_f[i] = x->P_s[i] = x->drive[i] = x->target[i] =
             x->clamped[i] = x->outside[i] = x->edge_p[i] = x->edge_f[i] = x->piece[i] = 0;
         x->rate[i] = w->p[VAR_RELEASE_TIME][i] >= NO_TIME ? 1 / w->p[VAR_RELEASE_TIME][i] : 0;
         x->F_C[i] = w->p[VAR_F_C][i];
-        x->F_S[i] = w->p[VAR_F_S][i];
+        x->F_S[i] = F_S[i];
         x->P[i] = w->p[VAR_SIGMA0][i];
     }
     x->warnings = 0;
@@ -142,6 +143,7 @@ void let_go(struct Contact *contact, const struct Configuration *w)
         if (contact->sign[AT_CONTACT][i] > 0)
             continue;
         contact->sign[AT_LAW][i] = 1;
+        contact->follows[i] = contact->followed_slip[i] = 0;
         if (w->p[VAR_RELEASE_TIME][i] >= NO_TIME)
             continue;
         contact->value[VAR_BRISTLE_DEFLECTION][i] = 0;
@@ -175,7 +177,7 @@ static void motion_at(const struct Contact *contact, const struct Configuration 
     EACH_LANE
         x->z[i] = contact->value[VAR_BRISTLE_DEFLECTION][i];
     load_states(contact, w, x);
-    forget_slip(x);
+    recall_slip(contact, x);
     engage_point(contact, w, tau, x);
 }
 
@@ -187,20 +189,20 @@ void point_at(const struct Contact *contact, const struct Configuration *w, cons
     measure(contact, w, x);
 }
 
-/* The point a little after tau. Where forces move the path, what they move is led on with it: the tool may come near by
- * that alone. Not so in lanes that are chased: where contact pushes the tool away and its path back, there is no side
- * to take, and the path decides. */
-static void point_ahead(const struct Contact *contact, const struct Configuration *w, const lanes tau, double ahead,
-                        const int chased[LANES], struct Point *x)
+/* The point a little after tau, in all lanes or in none. Where forces move the path, what they move is led on with it:
+ * the tool may come near by that alone. Not so in lanes that are chased: where contact pushes the tool away and its
+ * path back, there is no side to take, and the path decides. */
+static void point_ahead(const struct Contact *contact, const struct Configuration *w, const lanes tau,
+                        const lanes ahead, const int chased[LANES], struct Point *x)
 {
     lanes after;
     EACH_LANE
-        after[i] = tau[i] + ahead;
-    if (ahead > 0 && !w->feedback && !w->current_angle && !w->law->indicator && !w->law->event) {
+        after[i] = tau[i] + ahead[i];
+    if (ahead[0] > 0 && !w->feedback && !w->current_angle && !w->law->indicator && !w->law->event) {
         motion_at(contact, w, after, x); /* nobody asks more of it */
         return;
     }
-    if (!w->feedback || !(ahead > 0)) {
+    if (!w->feedback || !(ahead[0] > 0)) {
         point_at(contact, w, after, x);
         return;
     }
@@ -219,17 +221,17 @@ static void point_ahead(const struct Contact *contact, const struct Configuratio
 /* Sides as the indicators shortly after tau say, until none changes: entry decides which surface and which way of slip
  * count. Shortly after, because an event that was searched for may lie a rounding error off; bristles with an event of
  * their own are led on with it. */
-void settle_sides(struct Contact *contact, const struct Configuration *w, const lanes tau, double ahead,
+void settle_sides(struct Contact *contact, const struct Configuration *w, const lanes tau, const lanes ahead,
                   const int chased[LANES], struct Point *x)
 {
     lanes after;
     EACH_LANE
-        after[i] = tau[i] + ahead;
+        after[i] = tau[i] + ahead[i];
     for (int n = 0; n <= INDICATORS; ++n) {
         point_ahead(contact, w, tau, ahead, chased, x);
-        if (w->law->event && ahead > 0) {
+        if (w->law->event && ahead[0] > 0) {
             EACH_LANE
-                x->z[i] += ahead * x->dz[i];
+                x->z[i] += ahead[i] * x->dz[i];
             open_point(contact, w, after, 0, x);
             close_point(contact, w, 0, x);
         }
@@ -240,7 +242,7 @@ void settle_sides(struct Contact *contact, const struct Configuration *w, const 
 
 /* Act on an event at tau: sides anew, bristles that lost contact let go, the law's own event. Leaves the point at tau
  * in x. */
-void act_on_event(struct Contact *contact, const struct Configuration *w, const lanes tau, double ahead,
+void act_on_event(struct Contact *contact, const struct Configuration *w, const lanes tau, const lanes ahead,
                   const int chased[LANES], struct Point *x)
 {
     settle_sides(contact, w, tau, ahead, chased, x);

@@ -126,7 +126,7 @@ void store_states(struct Contact *contact, const struct Configuration *w, const 
 void store_state_of(struct Contact *contact, const struct Configuration *w, const struct Point *x, int lane);
 void show_rates(struct Contact *contact, const struct Configuration *w, const struct Point *x);
 void forget_states(struct Contact *contact, const struct Configuration *w, int lane);
-void lead_states(const struct Configuration *w, enum Driver driver, double ahead, struct Point *x);
+void lead_states(const struct Configuration *w, enum Driver driver, const lanes ahead, struct Point *x);
 void resolving_step(const struct Configuration *w, lanes longest);
 double look_back(const struct Configuration *w, int lane);
 /* The most periods of an effect that lie between two points. */
@@ -151,6 +151,8 @@ struct Past {
 void remember(struct Contact *contact, const struct Configuration *w, int lane, double h, const struct Point *start,
               const struct Point *middle, const struct Point *end);
 void remember_host_step(struct Contact *contact, const struct Configuration *w, int lane, const struct Point *x);
+/* Nothing is known of the forces before: what is felt first has been so for ever. */
+void forget_past(struct Contact *contact, int lane);
 /* The chip's forces, as channels are measured, at time t <= x->t; before all that is known, the first that is known. */
 void recall(const struct Past *past, const struct Point *x, int lane, double t, double force[CHANNELS]);
 /* The first time in (from, to) at which the forces of the past have jumped, up to the step that begins with start; else
@@ -233,8 +235,8 @@ void friction_open(const struct Contact *contact, const struct Configuration *w,
 void friction_rates(const struct Configuration *w, struct Point *x);
 void friction_force(const struct Configuration *w, struct Point *x);
 /* friction.c: open and rates together, with the slip solved from its own shear angle; the search begins anew after
- * forget_slip. */
-void forget_slip(struct Point *x);
+ * a separation, else goes on with the slip that was solved for last. */
+void recall_slip(const struct Contact *contact, struct Point *x);
 void friction_solved(const struct Contact *contact, const struct Configuration *w, const lanes tau, struct Point *x);
 
 /* forces.c: the normal force over the shear load, F being friction over it, and how it rises with F; and the friction
@@ -263,9 +265,9 @@ int watched(const struct Contact *contact, int k, int i);
  * when this is asked. */
 void rest_law(const struct Configuration *w, lanes *memory);
 void let_go(struct Contact *contact, const struct Configuration *w);
-void settle_sides(struct Contact *contact, const struct Configuration *w, const lanes tau, double ahead,
+void settle_sides(struct Contact *contact, const struct Configuration *w, const lanes tau, const lanes ahead,
                   const int chased[LANES], struct Point *x);
-void act_on_event(struct Contact *contact, const struct Configuration *w, const lanes tau, double ahead,
+void act_on_event(struct Contact *contact, const struct Configuration *w, const lanes tau, const lanes ahead,
                   const int chased[LANES], struct Point *x);
 
 /* step.c: one trial step of h[i] from s[i]: fills middle and end from start; `difference` is what a lower order would
@@ -377,7 +379,7 @@ void cut_at_touch(const struct Contact *contact, const struct Configuration *w, 
 
 /* events.c: act_on_event in the lanes where `event` is set. act_at_step_end: with a slip that is solved for, the law's
  * own events are acted upon at the end of each step, in the lanes that have stepped and have no event of their own. */
-void act_in_lanes(struct Contact *contact, const struct Configuration *w, const lanes s, double ahead,
+void act_in_lanes(struct Contact *contact, const struct Configuration *w, const lanes s, const lanes ahead,
                   const int chased[LANES], const int event[LANES], struct Point *x);
 void act_at_step_end(struct Contact *contact, const struct Configuration *w, const lanes h, const int event[LANES],
                      const struct Point *end);
@@ -562,6 +564,13 @@ static inline void force_shares(const struct Configuration *w, const lanes h, la
 static inline double level_of(const struct Configuration *w, const struct Point *x, int lane)
 {
     return larger(x->F_C[lane], smaller(x->F_S[lane], w->p[VAR_F_S][lane]));
+}
+
+/* The same as parameters state it, before load and effects have their say. */
+static inline double stated_level(const lanes *p, int lane)
+{
+    const int has_static = kernel_law((int)p[VAR_FRICTION_LAW][lane])->has_static;
+    return has_static ? larger(p[VAR_F_C][lane], p[VAR_F_S][lane]) : p[VAR_F_C][lane];
 }
 
 /* The furthest that sliding bends a bristle. */

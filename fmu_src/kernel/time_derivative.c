@@ -122,7 +122,7 @@ static enum Status of_a_point(const struct Contact *contact, struct Contact *roo
     if (felt != STATUS_OK)
         return felt;
     if (w.kinematics == KINEMATICS_EXTERNAL) /* as show_here: inputs may jump without an event */
-        settle_sides(room, &w, here, 0, none, &x);
+        settle_sides(room, &w, here, here, none, &x);
     else
         point_at(room, &w, here, &x);
     show_outputs(room, &w, &x, 1);

@@ -124,9 +124,11 @@ def test_the_python_fmu_refuses_it(python_fmu: Path, tmp_path: Path) -> None:
     slave.freeInstance()
 
 
-@pytest.mark.parametrize("release", [0.0, 1e-4])
-def test_eight_lanes_average_like_eight_contacts(release: float) -> None:
-    """Each to the last bit what it gives alone, though some run a second cycle of a step and others do not."""
+@pytest.mark.parametrize(("law", "release"), [("lugre", 0.0), ("lugre", 1e-4), ("bristle", 1e-4)])
+@pytest.mark.parametrize("start", ["at_rest", "periodic"])
+def test_eight_lanes_average_like_eight_contacts(law: str, release: float, start: str) -> None:
+    """Each to the last bit what it gives alone, though some run a second cycle of a step and others do not, each begins its cycles where
+    its own ellipse is highest, and its surface runs out in its own turns."""
     speeds = np.linspace(0.05, 0.9, 8)
     times = 1e-3 * np.arange(11)
     names = (
@@ -135,14 +137,17 @@ def test_eight_lanes_average_like_eight_contacts(release: float) -> None:
         "dissipated_energy",
         "bristle_deflection",
         "step_count",
+        "slip_velocity_used",
         "sensor_lowpass.feed_force",
     )
-    values: dict[str, Any] = {"averaging": "cycle", "release_time": release, "cutting_speed": speeds, "F_S": np.linspace(5, 12, 8)}
-    on = ("sensor_lowpass", "amplitude_loss")
-    batch = run_many(Run(times, {}, names), values, on)
+    values: dict[str, Any] = {"averaging": "cycle", "friction_law": law, "initial_state": start, "release_time": release}
+    own = {"cutting_speed": speeds, "F_S": np.linspace(5, 12, 8), "ellipse_phase_error.delta": np.linspace(-1.1, 0.9, 8)}
+    own |= {"run_out.amplitude": np.repeat([0.0, 2e-6], 4), "run_out.spindle_frequency": np.geomspace(10, 1000, 8)}
+    on = ("sensor_lowpass", "amplitude_loss", "ellipse_phase_error", "run_out")
+    batch = run_many(Run(times, {}, names), {**values, **own}, on)
     assert not batch.failed
     for place in range(8):
-        alone = Contact({**values, "cutting_speed": speeds[place], "F_S": values["F_S"][place]}, on)
+        alone = Contact({**values, **{name: each[place] for name, each in own.items()}}, on)
         alone.start()
         rows = alone.run(times, {}, names)
         for column, name in enumerate(names):

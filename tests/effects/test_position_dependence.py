@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 from asking import OUTSIDE, begun, follow
 from driving import Values, read
+from evat.model import Run
+from evat.native.batch import run_many
 from evat.native.kernel import Contact
 from scipy.integrate import solve_ivp
 
@@ -96,3 +98,36 @@ def test_a_periodic_start_is_one_or_says_that_there_is_none(law: str, release_ti
     alike = means == pytest.approx([means[-1]] * 4, rel=1e-3)
     assert alike or any("no periodic steady state" in said for said in contact.warnings())
     assert alike or not comes_back
+
+
+CYCLIC: Values = {"initial_state": "periodic", "cutting_speed": 0.15, "position_dependence.period": 1.2e-5}
+
+
+def test_a_position_that_nothing_goes_by_leaves_the_periodic_start_as_it_is() -> None:
+    """It goes on for ever where bristles outlive a separation, or where there is none, and no search for its cycle ended."""
+    for release_time, cutting_speed in ((1.2e-6, 0.15), (2e-5, 0.15), (0.0, 0.8)):
+        values = {**CYCLIC, "release_time": release_time, "cutting_speed": cutting_speed}
+        beside = Contact({**values, "position_dependence.friction": 0.0, "position_dependence.cogging": 0.0}, ["position_dependence"])
+        alone = Contact(values)
+        for contact in (alone, beside):
+            contact.start()
+        assert not any("no periodic steady state" in said for said in beside.warnings())
+        for name in ("friction_force", "principal_force", "bristle_deflection"):
+            assert beside.get(name) == pytest.approx(alone.get(name), rel=1e-6), (name, release_time)
+
+
+def test_lanes_that_seek_a_position_and_lanes_that_leave_it_begin_as_each_alone() -> None:
+    """To the last bit, and with its own warning."""
+    own = {"release_time": np.tile([0.0, 2e-5], 4), "position_dependence.friction": np.repeat([0.0, 0.2], 4)}
+    settled: Values = {**CYCLIC, "position_dependence.cogging": 0.0}
+    names = ("friction_force", "bristle_deflection", "position_dependence.position")
+    run = Run(np.arange(4) / 40e3, {}, names)
+    on = ("position_dependence", "thermal_softening")
+    batch = run_many(run, {**settled, **own}, on)
+    for place in range(8):
+        alone = Contact({**settled, **{name: float(each[place]) for name, each in own.items()}}, on)
+        alone.start()
+        rows = alone.run(run.times, {}, names)
+        assert all((batch.rows[name][place] == rows[:, column]).all() for column, name in enumerate(names)), place
+        felt = own["position_dependence.friction"][place] > 0 and own["release_time"][place] > 0
+        assert any("no periodic steady state" in said for said in alone.warnings()) == felt

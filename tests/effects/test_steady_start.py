@@ -85,3 +85,21 @@ def test_a_slack_that_is_taken_up_lets_the_others_settle_at_the_whole_slip(effec
     beside.start()
     assert beside.get(state) == pytest.approx(alone.get(state), rel=1e-12)
     assert beside.get("backlash.place") == -1
+
+
+@pytest.mark.parametrize("sensors", [["sensor_delay"], ["sensor_delay", "sensor_lowpass"]])
+@pytest.mark.parametrize(("effect", "start"), [("rate_and_state", "steady"), ("maxwell_slip", "steady"), ("maxwell_slip", "at_rest")])
+def test_what_a_sensor_recalls_of_the_time_before_is_the_force_of_the_start(effect: str, start: str, sensors: list[str]) -> None:
+    """It had recalled that of states which had not settled yet, or of elements that nothing had bent, and its filter settled at that."""
+    values = {"kinematics": "external", "slip_velocity": 0.03, "initial_state": start, "sensor_delay.time": 5e-3}
+    own = {
+        "rate_and_state": {"friction_law": "coulomb", **LAGS["rate_and_state"]},
+        "maxwell_slip": {"sigma2": 0.0, "F_S": 9.0, "bristle_deflection": 9e-6},
+    }
+    filtered = {"sensor_lowpass.time_constant": 0.0 if start == "at_rest" else 1e-3}
+    contact = evat.Contact({**values, **own[effect], **filtered}, on=[effect, *sensors])
+    contact.start()
+    begun = contact.get("friction_force")
+    for _ in range(10):
+        assert contact.get("measured_friction_force") == pytest.approx(begun, rel=1e-9)
+        contact.advance(4e-4)

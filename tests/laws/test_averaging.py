@@ -174,6 +174,21 @@ def test_the_error_is_what_the_contact_says(case: str, step: float, motion: obje
     assert np.median(said - np.maximum(15 * error, 1e-2 * np.abs(resolved).max())) < 0
 
 
+@pytest.mark.parametrize(("turns", "step"), [(200.0, 5e-3), (190.0, 5e-3), (60.0, 5e-3), (20.0, 1e-3), (800.0, 5e-3), (1870.0, 5e-3)])
+def test_a_surface_that_runs_out_within_a_step_has_the_mean_of_its_turns(turns: float, step: float) -> None:
+    """About one turn a step, a part of one, and many: every cycle that stood for a step fell on nearly the same place of the turn, and the
+    estimate knew of nothing but differences between steps."""
+    own = {"run_out.amplitude": 2e-5, "run_out.spindle_frequency": turns, "run_out.phase": 0.5}
+    times = step * np.arange(9)
+    resolved, averaged = (means(averaging, own, ("run_out",), times, np.full(9, 1 / 6)) for averaging in ("resolved", "cycle"))
+    said = run("cycle", own, ("run_out",), times, np.full(9, 1 / 6), ("averaging_error",))[1:, 0]
+    error = np.abs(averaged - resolved).max(axis=1)
+    assert (error <= FACTOR * said).all()
+    few = turns * step < 4
+    assert error.max() < (0.01 if few else 0.03) * resolved.max()
+    assert np.median(said) < (0.03 if few else 0.3) * resolved.max()
+
+
 BROKEN: dict[str, tuple[Values, tuple[str, ...]]] = {
     "start values": ({}, ()),
     "hard and late": ({"amplitude_x": 2e-6, "amplitude_y": 2e-6, "release_time": 1e-5}, ()),
@@ -339,6 +354,22 @@ def test_outputs_are_the_means_and_hold() -> None:
     contact.event()
     changed = {kernel.variables()[n].name for n in np.flatnonzero(contact.values() != shown)}
     assert changed == {"cutting_speed"}
+
+
+@pytest.mark.parametrize("delta", [-1.2, 0.6])
+def test_other_outputs_show_the_highest_place_of_an_ellipse_that_an_effect_has_tilted(delta: float) -> None:
+    """There the tool does not move across the surface, and the slip is the speed along it times tan(phi); a tilted ellipse in the phase
+    itself shows the same."""
+    tilted = {"averaging": "cycle", "friction_law": "coulomb", "phase_x": -np.pi / 2}
+    contact = Contact({**tilted, "phase_y": np.pi, "ellipse_phase_error.delta": delta}, ["ellipse_phase_error"])
+    stated = Contact({**tilted, "phase_y": np.pi + delta})
+    for each in (contact, stated):
+        each.start()
+        each.advance(1e-3)
+    along = contact.get("cutting_speed") - contact.get("amplitude_x") * 2 * np.pi * FREQUENCY * np.sin(-np.pi - delta - np.pi / 2)
+    assert contact.get("slip_velocity_used") == pytest.approx(along * np.tan(contact.get("chip_flow_shear_angle")), rel=1e-9)
+    for name in ("slip_velocity_used", "mean_principal_force", "averaging_error"):
+        assert contact.get(name) == pytest.approx(stated.get(name), rel=1e-9)
 
 
 def test_a_window_of_its_own_collects_steps() -> None:

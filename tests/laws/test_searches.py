@@ -32,6 +32,27 @@ def test_slip_and_shear_angle_belong_to_each_other(law: str, alpha: float) -> No
     assert law != "coulomb" or sticking > 3  # where friction balances over a range of angles
 
 
+def test_the_slip_that_is_followed_is_kept_over_communication_steps() -> None:
+    """Friction that falls with speed leaves slip and shear angle two answers. In 100 steps a cycle each began the search anew, and the
+    other one was followed from where both are: 8 % more way. A copy in mid-cycle goes on alike, to the last bit."""
+    values: Values = {
+        "chip_flow_angle": "current_shear_angle", "cutting_speed": 0.225222, "F_C": 1.97181, "F_S": 5.61852, "v_s": 0.128739,
+        "sigma1": 84.579, "feed": 3.20166e-5, "shear_stress": 80937117.0,
+    }  # fmt: skip
+    names = ("friction_impulse", "dissipated_energy", "sliding_distance")
+    slid = {}
+    for parts in (1, 10, 100):
+        contact = twin = started(values)
+        for _ in range(parts):
+            twin = contact.copy()
+            for each in (contact, twin):
+                each.advance(5e-5 / parts)
+        slid[parts] = read(contact, *names)
+        assert (read(twin, *names) == slid[parts]).all()
+    assert slid[10] == pytest.approx(slid[1], rel=3e-4)
+    assert slid[100] == pytest.approx(slid[1], rel=3e-4)
+
+
 @pytest.mark.parametrize("r", [0.02, 0.3, 0.9])
 def test_the_surface_of_the_cycle_before_is_found_to_rounding(r: float) -> None:
     """Thickness = what stands at the same place x after the cycle before, by its own equation; close to its turning point, too, where two

@@ -127,6 +127,47 @@ def test_a_slip_that_jumps_costs_some_steps_and_no_more(tolerance: float) -> Non
     np.testing.assert_allclose(means[tolerance], means[1e-4], atol=3e-4 * max(np.abs(means[tolerance])))
 
 
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-4, 1e-9])
+@pytest.mark.parametrize("law", ["coulomb", "karnopp", "dahl"])
+def test_an_input_that_jumps_across_a_reversal_and_rises_back_has_turned_twice(law: str, tolerance: float) -> None:
+    """From 0.1 to -0.02 m/s at the start of a step of 10 ms, and to 0.06 m/s at its end: a quarter of it slips backward, and the middle
+    shows nothing of that. Of Coulomb friction the mean is half its level, and the energy the level times the way."""
+    level, begun, rise, step, stiff = 9.0, -0.02, 8.0, 1e-2, 1e9
+    values = {**EXTERNAL, "friction_law": law, "F_C": level, "F_S": level, "sigma0": stiff, "karnopp.zero_velocity_band": 1e-9}
+    contact = Contact({**values, "slip_velocity": 0.1, "relative_tolerance": tolerance})
+    contact.start()
+    contact.advance(step)
+    before = {name: contact.get(name) for name in ("friction_impulse", "dissipated_energy", "sliding_distance")}
+    contact.set("slip_velocity", begun)
+    contact._contact.slope[0][0] = rise
+    contact.advance(step)
+    gained = {name: contact.get(name) - value for name, value in before.items()}
+    back, on = begun**2 / (2 * rise), (begun + rise * step) ** 2 / (2 * rise)  # m
+    late = 3 * level / stiff if law == "dahl" else 0.0  # of a bristle that turns round, m
+    assert gained["sliding_distance"] == pytest.approx(back + on, rel=1e-6)
+    assert gained["dissipated_energy"] == pytest.approx(level * (back + on), rel=tolerance + 10 * late / (back + on))
+    assert gained["friction_impulse"] == pytest.approx(level * step / 2, rel=3 * tolerance + 4 * (2 * late / rise) ** 0.5 / step)
+
+
+@pytest.mark.parametrize("law", ["coulomb", "lugre"])
+def test_a_cutting_speed_that_jumps_lifts_the_tool_in_one_step_as_in_many(law: str) -> None:
+    """Of the default ellipse: from 10 to 8 m/min where the tool turns back at this speed and comes in again within half a step."""
+    period = 1 / 20e3
+    share = {}
+    for parts in (1, 40):
+        contact = Contact({"friction_law": law, "cutting_speed": 10 / 60})
+        contact.start()
+        contact.advance(period)
+        contact.advance(0.895 * period)
+        contact.set("cutting_speed", 8 / 60)
+        before = contact.get("contact_time"), contact.get("principal_impulse")
+        for _ in range(parts):
+            contact.advance(period / 20 / parts)
+        share[parts] = contact.get("contact_time") - before[0], contact.get("principal_impulse") - before[1]
+    assert share[40][0] < 0.8 * period / 20
+    assert share[1] == pytest.approx(share[40], rel=1e-3)
+
+
 def test_wear_does_not_end_the_sliding_of_a_reset_integrator() -> None:
     """Sliding ends where the slip turns round, also while F_C grows and the chip flows by the angle of the moment: it stuck each step."""
     values = {"friction_law": "reset_integrator", "chip_flow_angle": "current_shear_angle", "vibration_frequency": 2300.0}

@@ -160,6 +160,19 @@ def test_cusps_follow_the_cutting_speed() -> None:
     assert np.all(np.diff(heights) > 0.01)
 
 
+def test_cusps_end_at_the_nominal_surface_wherever_that_or_the_tool_stands() -> None:
+    """A tool that is led away from the work, or a surface that the run-out lowers, is a smaller feed."""
+    ellipse, away = Ellipse(0.5, feed=0.5), 0.3 * AMPLITUDE
+    low = cusp_height(Ellipse(0.5, feed=0.2))
+    assert low == pytest.approx(0.2, rel=1e-12)
+    led = started({**values(ellipse), "kinematics": "combined", "tool_displacement_y": away})
+    turned = {"run_out.amplitude": away, "run_out.phase": -pi / 2, "run_out.spindle_frequency": 1e-3}
+    lowered = started({**values(ellipse), **turned}, ("run_out",))
+    for contact in (led, lowered):
+        contact.evaluate()
+        assert contact.get("cusp_height") / AMPLITUDE == pytest.approx(low, rel=1e-9)
+
+
 # ---- the clearance face ----
 
 CLEARANCE = 0.12  # rad

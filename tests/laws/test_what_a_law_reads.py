@@ -47,6 +47,32 @@ def test_the_force_follows_what_the_law_reads_and_nothing_else(law: kernel.Law) 
     assert min(moved[known.name] for known in law.reads) > 1e-3
 
 
+OF_STATIC_FRICTION: dict[str, tuple[dict[str, float | str], tuple[str, ...]]] = {
+    "given": (
+        {"kinematics": "external", "uncut_thickness": 1e-6, "normal_load": 1.0, "applied_force": 1e3},
+        ("direction_asymmetry", "stribeck"),
+    ),
+    "cut": ({"chip_flow_angle": "current_shear_angle"}, ("sensor_delay",)),
+    "periodic": ({"initial_state": "periodic", "release_time": 1e-5}, ("thermal_softening",)),
+    "averaged": ({"averaging": "cycle", "release_time": 1e-4}, ()),
+}
+
+
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: law.name)
+@pytest.mark.parametrize("case", OF_STATIC_FRICTION)
+def test_a_static_friction_that_is_not_read_changes_no_bit(law: kernel.Law, case: str) -> None:
+    """Nor the steps, which had been measured by it: of a small F_C beside it all was within the tolerance."""
+    own, on = OF_STATIC_FRICTION[case]
+    shown = []
+    for static in (0.1, 10.0, 1e4):
+        contact = kernel.Contact({"friction_law": law.name, **own, "F_C": 0.1, "F_S": static, "sigma0": 1e4, "slip_velocity": -0.01}, on)
+        contact.start()
+        contact.run(np.arange(6) * 2.3e-5, {"slip_velocity": np.linspace(-0.01, 0.02, 6)} if case == "given" else {}, ("friction_force",))
+        shown.append([contact.get(v.name) for v in BASE if v.name != "F_S"])
+    reads = "F_S" in {known.name for known in law.reads}
+    assert reads == any(values != shown[0] for values in shown)
+
+
 @pytest.mark.parametrize(("kinematics", "loaded"), [("internal", set()), ("external", {"amontons"})])
 def test_laws_that_jump_or_ask_for_more_than_a_slip_velocity_are_no_rivals(kinematics: str, loaded: set[str]) -> None:
     """A normal load is there where the kinematics knows the cut."""

@@ -1,8 +1,9 @@
 """How far is the kernel from the right answer to a motion, in tolerances? The judged run, the reference, and the measure between them.
 
 The measure. Error of a run = largest difference at any communication point between an output and the reference, over the size of that
-output, over relative_tolerance. Size of friction_force: the largest of F_C, F_S and of its own magnitude in the run, because a bristle's
-deflection is only ever known to a share of its full reach, sigma0 times which is F_S, and the force may come to rest at any small value.
+output, over relative_tolerance. Size of friction_force: the largest of F_C, of F_S with a law that reads it, and of its own magnitude in
+the run, because a bristle's deflection is only ever known to a share of its full reach, sigma0 times which is that, and the force may come
+to rest at any small value.
 Principal, feed and measured forces are sums with the friction force in them: the same size, or their own where they are larger. So are
 powers and energies, over the way that the motion goes; the way that the contact slides is as large as itself, or a tenth of the motion's.
 
@@ -384,7 +385,9 @@ STICKS = 0.1  # share of the way; a contact that slides less is judged by as muc
 def sizes(case: Case, right: FloatArray, names: Sequence[str]) -> FloatArray:
     """What counts as the size of each output."""
     start = {name: float(case.values.get(name, kernel.variable(name).start)) for name in ("F_C", "F_S", "sigma0")}
-    level = max(start["F_C"], start["F_S"], float(np.max(np.abs(right[:, 0]))))
+    read = next(law.reads for law in kernel.laws() if law.name == case.law)
+    static = max((start[each.name] for each in read if each.name == "F_S"), default=0.0)
+    level = max(start["F_C"], static, float(np.max(np.abs(right[:, 0]))))
     own = np.max(np.abs(right), axis=0)
     size = np.maximum(own, level)
     way, period = _way(case), float(case.motion.times[-1] - case.motion.times[0])

@@ -1,5 +1,5 @@
 /* What does a machine see of a contact that vibrates far faster than the machine moves? One cycle, which stands for all
- * of a step's.
+ * of a step's, or a few where effects go by the time itself.
  *
  * Every cycle that is run begins where the tool stands highest: there it is out of the material if it ever is, and has
  * forgotten the cycle before. It runs with the inputs of the step's middle, held, in the middle of the step to within
@@ -25,10 +25,16 @@ static const int rate_of[INTEGRALS] = {VAR_SLIDING_SPEED,
                                        VAR_MEASURED_FEED_FORCE};
 
 /* Start of that cycle, of those that begin with the tool at its highest, whose middle is nearest to t. */
-static double cycle_at(const struct Contact *contact, double t)
+static void cycle_at(const struct Contact *contact, const struct Configuration *w, const lanes t, lanes begin)
 {
-    const double f = contact->value[VAR_VIBRATION_FREQUENCY][0], top = -contact->value[VAR_PHASE_Y][0] / (2 * PI);
-    return (floor(f * t - top) + top) / f;
+    static const lanes here;
+    struct Point x; /* effects may turn the phase */
+    load_states(contact, w, &x);
+    path_at(contact, w, here, &x);
+    EACH_LANE {
+        const double f = contact->value[VAR_VIBRATION_FREQUENCY][i], top = -x.phase_y[i] / (2 * PI);
+        begin[i] = (floor(f * t[i] - top) + top) / f;
+    }
 }
 
 /* Outputs as they are at the instant that the contact stands at. */
@@ -57,24 +63,114 @@ static void show_means(struct Contact *contact, lanes mean[INTEGRALS])
 
 /* Run cycles around t with the inputs as they stand; sensors are left out. Leaves the contact at the end of the last
  * one. */
-static enum Status look(struct Contact *contact, double t, double cycles, struct Configuration *w,
+static enum Status look(struct Contact *contact, const lanes t, double cycles, struct Configuration *w,
                         struct CycleSums *seen, lanes mean[INTEGRALS])
 {
     const uint64_t all = contact->effects_on;
-    lanes closed;
+    lanes closed, begin;
     EACH_LANE {
         closed[i] = contact->window[i];
         contact->window[i] = 1e300; /* no window ends within these cycles */
     }
     contact->effects_on = all & ~sensors_on(contact);
     *w = wire(contact);
-    const enum Status status = run_cycles(contact, w, cycle_at(contact, t), cycles, seen);
+    cycle_at(contact, w, t, begin);
+    const enum Status status = run_cycles(contact, w, begin, cycles, seen);
     if (status == STATUS_OK)
         go_on(contact, seen, cycles, mean);
     contact->effects_on = all;
     EACH_LANE
         contact->window[i] = closed[i];
     return status;
+}
+
+/* ---- effects that go by the time itself ---- */
+
+/* A rise and fall that a step passes on more than a part of has a mean over the step which its middle does not show:
+ * one cycle is run at each of so many places in it. Of a sine over its whole turns their mean is exact, over a part of
+ * one off by a hundredth of what it goes up and down. */
+#define PER_PLACE 2.0 /* of the steps that resolve it: ten places in a turn of run-out */
+enum { MOST_PLACES = 40 };
+#define OF_SPREAD 0.01
+#define OF_SPREAD_IN_FEW 0.5 /* where there are too few of them for all turns */
+
+struct Places {
+    lanes count, missing; /* 1: the middle alone; whether more are wanted */
+    lanes spread[CHANNELS]; /* of the mean forces at them [N] */
+};
+
+static void choose_places(const struct Configuration *w, double step, double period, struct Places *places)
+{
+    for (int i = 0; i < LANES; ++i) {
+        double longest = INFINITY;
+        for (int n = 0; n < w->on_count; ++n)
+            if (w->on[n]->unsteady && w->on[n]->longest_step && w->on[n]->stage != STAGE_MEASUREMENT)
+                longest = smaller(longest, w->on[n]->longest_step(w->on_p[n], i));
+        const double wanted = ceil(step / (PER_PLACE * longest)), most = smaller(floor(step / period), MOST_PLACES);
+        places->count[i] = larger(smaller(wanted, most), 1);
+        places->missing[i] = wanted > places->count[i];
+        for (int k = 0; k < CHANNELS; ++k)
+            places->spread[k][i] = 0;
+    }
+}
+
+/* In the n-th of equal parts of a step, as a share of it: the middle, or where turns are too many for that to be told
+ * from others, anywhere. */
+static double place_of(const struct Places *places, int n, int i)
+{
+    const double golden = n * 0.61803398874989485, within = places->missing[i] != 0 ? golden - floor(golden) : 0.5;
+    return (n + within) / places->count[i];
+}
+
+/* The means, and what slow states strive to, over all places in place of those at the middle, which contact has come to
+ * from `begun`. */
+static enum Status look_around(struct Contact *contact, const struct Contact *begun, double start, double step,
+                               struct Places *places, lanes mean[INTEGRALS], lanes at_first[INTEGRALS])
+{
+    lanes sum[INTEGRALS] = {{0}}, steady[EFFECT_STATES] = {{0}}, lowest[CHANNELS], highest[CHANNELS];
+    double most = 1;
+    EACH_LANE
+        most = larger(most, places->count[i]);
+    for (int n = 0; n < most && most > 1; ++n) {
+        struct Contact probe = *begun;
+        struct Configuration w;
+        struct CycleSums seen;
+        lanes there[INTEGRALS], t;
+        EACH_LANE
+            t[i] = start + step * (n < places->count[i] ? place_of(places, n, i) : 0.5);
+        const enum Status status = look(&probe, t, step / period_of(contact), &w, &seen, there);
+        if (status != STATUS_OK)
+            return status;
+        for (int i = 0; i < LANES; ++i) {
+            if (n >= places->count[i] || !(places->count[i] > 1))
+                continue;
+            for (int k = 0; k < INTEGRALS; ++k)
+                sum[k][i] += there[k][i] / places->count[i];
+            for (int k = 0; k < EFFECT_STATES; ++k)
+                steady[k][i] += probe.steady_state[k][i] / places->count[i];
+            for (int k = 0; k < CHANNELS; ++k) {
+                const double force = there[FIRST_FORCE + k][i];
+                lowest[k][i] = n == 0 ? force : smaller(lowest[k][i], force);
+                highest[k][i] = n == 0 ? force : larger(highest[k][i], force);
+            }
+            for (int index = VAR_CLAMPED_COUNT; index <= VAR_STEP_COUNT; ++index)
+                contact->value[index][i] += probe.value[index][i] - begun->value[index][i];
+        }
+        contact->warnings |= probe.warnings;
+    }
+    for (int i = 0; i < LANES; ++i) {
+        if (!(places->count[i] > 1))
+            continue;
+        for (int k = 0; k < CHANNELS; ++k)
+            places->spread[k][i] = highest[k][i] - lowest[k][i];
+        for (int k = 0; k < INTEGRALS; ++k) {
+            at_first[k][i] += sum[k][i] - mean[k][i];
+            mean[k][i] = sum[k][i];
+        }
+        for (int k = 0; k < EFFECT_STATES; ++k)
+            contact->steady_state[k][i] = steady[k][i];
+    }
+    return STATUS_OK;
 }
 
 /* A quotient of differences; 0 where rounding has left no time between. */
@@ -104,15 +200,16 @@ static int begins_to_leave(double ratio_before, double ratio_after)
  * remainder of the midpoint rule, h^2/24 times the second derivative; a cycle that lies half a cycle beside the middle;
  * a broken number of cycles, of which the piece may hold all of a cycle's force or none; a law with events, whose
  * bristles stand nobody knows where after more cycles than were run; states that drift on and may come to an end, as of
- * a gap, in a cycle that begins elsewhere; a tool that begins to leave the chip; slow states that strive to what the
- * step before has shown, and then to what this one has; and the tolerance of both runs. Differences pass through 0
- * where what they stand for does not, so the error before is forgotten by halves. */
+ * a gap, in a cycle that begins elsewhere; a tool that begins to leave the chip; places between those that were looked
+ * at of what goes by the time; slow states that strive to what the step before has shown, and then to what this one
+ * has; and the tolerance of both runs. Differences pass through 0 where what they stand for does not, so the error
+ * before is forgotten by halves. */
 static double error_of(const struct Contact *contact, const struct CycleSums *seen, lanes mean[INTEGRALS], double t,
-                       double h, int leaves, int slow, lanes at_first[INTEGRALS], int i)
+                       double h, int leaves, int slow, lanes at_first[INTEGRALS], const struct Places *places, int i)
 {
     const double period = period_of(contact), whole = larger(h, period),
                  at[2] = {contact->earlier_time[0][i], contact->earlier_time[1][i]};
-    const double loaded = larger(contact->value[VAR_F_C][i], contact->value[VAR_F_S][i]) * mean[DUTY][i];
+    const double loaded = stated_level(contact->value, i) * mean[DUTY][i];
     const int first = at[1] == -INFINITY, as_set = chosen(contact->value, VAR_INITIAL_STATE, i) != PERIODIC;
     const double cycles = h / period, beside = fabs(cycles - floor(cycles + 0.5)), piece = beside < 1e-6 ? 0 : beside;
     const double pieces = piece > 0 ? smaller(1, 3 * piece / mean[DUTY][i]) / cycles : 0; /* 3: peak over mean */
@@ -131,6 +228,7 @@ static double error_of(const struct Contact *contact, const struct CycleSums *se
                               (first && as_set ? loaded * period / whole : 0) + unlike + unknown +
                               pieces * larger(fabs(now), loaded) + h * h / 12 * bend + 0.5 * period * fabs(rate) +
                               (slow ? 0.15 * fabs(now - was) + fabs(now - at_first[FIRST_FORCE + k][i]) : 0) +
+                              (places->missing[i] != 0 ? OF_SPREAD_IN_FEW : OF_SPREAD) * places->spread[k][i] +
                               (leaves ? larger(loaded, OF_LEAVING * fabs(now)) : 0) +
                               contact->value[VAR_RELATIVE_TOLERANCE][i] * fabs(now);
         largest = larger(largest, errors);
@@ -168,7 +266,7 @@ static enum Status look_here(struct Contact *contact, lanes mean[INTEGRALS])
     struct Contact probe = *contact;
     struct Configuration w;
     struct CycleSums seen;
-    const enum Status status = look(&probe, contact->value[VAR_TIME][0], 1e9, &w, &seen, mean);
+    const enum Status status = look(&probe, contact->value[VAR_TIME], 1e9, &w, &seen, mean);
     if (status != STATUS_OK)
         return status;
     measured_now(contact, (const lanes *)mean + FIRST_FORCE, mean + FIRST_MEASURED);
@@ -194,13 +292,15 @@ enum Status average_here(struct Contact *contact)
 
 enum Status average_start(struct Contact *contact)
 {
-    const double start = contact->value[VAR_TIME][0], begin = cycle_at(contact, start);
+    const double start = contact->value[VAR_TIME][0];
     const int periodic = chosen(contact->value, VAR_INITIAL_STATE, 0) == PERIODIC;
     const uint64_t all = contact->effects_on;
-    lanes mean[INTEGRALS];
+    lanes mean[INTEGRALS], begin;
     contact->effects_on = all & ~sensors_on(contact);
+    const struct Configuration w = wire(contact);
+    cycle_at(contact, &w, contact->value[VAR_TIME], begin);
     EACH_LANE {
-        contact->value[VAR_TIME][i] = begin;
+        contact->value[VAR_TIME][i] = begin[i];
         contact->value[VAR_AVERAGING][i] = RESOLVED; /* as each cycle is */
         contact->earlier_time[0][i] = contact->earlier_time[1][i] = -INFINITY;
         contact->served[i] = MOST_SERVED;
@@ -231,22 +331,27 @@ enum Status average_start(struct Contact *contact)
 /* The middle of a step, `from` whose start slow states strive to what the step before has shown, and then to what that
  * has shown at first: where a force that grows takes from the amplitude, and so makes itself grow, the first may be far
  * off. */
-static enum Status look_at_middle(struct Contact *contact, double middle, double step, int slow, const lanes *from,
-                                  struct Configuration *w, struct CycleSums *seen, lanes mean[INTEGRALS],
-                                  lanes at_first[INTEGRALS])
+static enum Status look_at_step(struct Contact *contact, double start, double step, int slow, const lanes *from,
+                                struct Configuration *w, struct CycleSums *seen, struct Places *places,
+                                lanes mean[INTEGRALS], lanes at_first[INTEGRALS])
 {
     const double cycles = step / period_of(contact);
     struct Contact begun = *contact;
-    lanes halfway[EFFECT_STATES];
-    const enum Status status = look(contact, middle, cycles, w, seen, mean);
+    lanes halfway[EFFECT_STATES], middle;
+    EACH_LANE
+        middle[i] = start + 0.5 * step;
+    choose_places(w, step, period_of(contact), places);
+    enum Status status = look(contact, middle, cycles, w, seen, mean);
     memcpy(at_first, mean, INTEGRALS * sizeof *mean);
-    if (status != STATUS_OK || !slow)
-        return status;
-    memcpy(begun.steady_state, contact->steady_state, sizeof begun.steady_state);
-    *contact = begun;
-    slow_states_after(contact, w, 0.5 * step, from, halfway);
-    set_slow_states(contact, w, (const lanes *)halfway);
-    return look(contact, middle, cycles, w, seen, mean);
+    if (status == STATUS_OK && slow) {
+        memcpy(begun.steady_state, contact->steady_state, sizeof begun.steady_state);
+        *contact = begun;
+        slow_states_after(contact, w, 0.5 * step, from, halfway);
+        set_slow_states(contact, w, (const lanes *)halfway);
+        begun = *contact;
+        status = look(contact, middle, cycles, w, seen, mean);
+    }
+    return status == STATUS_OK ? look_around(contact, &begun, start, step, places, mean, at_first) : status;
 }
 
 enum Status average_step(struct Contact *contact, double step)
@@ -257,6 +362,7 @@ enum Status average_step(struct Contact *contact, double step)
                                                           value + offsetof(struct Contact, slope) / sizeof(lanes);
     struct Configuration w;
     struct CycleSums seen;
+    struct Places places;
     if (step < NO_STEP) {
         lanes s;
         EACH_LANE
@@ -277,7 +383,8 @@ enum Status average_step(struct Contact *contact, double step)
             contact->value[k][i] += 0.5 * step * slope[k - INPUT_FIRST][i];
         contact->value[VAR_SLIDING_DISTANCE][i] += 0.5 * step * value[VAR_SLIDING_SPEED][i];
     }
-    enum Status status = look_at_middle(contact, middle, step, slow, (const lanes *)from, &w, &seen, mean, at_first);
+    enum Status status =
+        look_at_step(contact, start, step, slow, (const lanes *)from, &w, &seen, &places, mean, at_first);
     if (status == STATUS_OK) {
         show_instant(contact, &w);
         slow_states_after(contact, &w, step, (const lanes *)from, halfway);
@@ -311,8 +418,9 @@ enum Status average_step(struct Contact *contact, double step)
         for (int n = 0; n < MEANS; ++n)
             rates[n] = mean[FIRST_MEAN + n][i];
         contact->value[VAR_TIME][i] = end;
-        contact->value[VAR_AVERAGING_ERROR][i] = error_of(
-            contact, &seen, mean, middle, step, begins_to_leave(ratio_before[i], ratio_after[i]), slow, at_first, i);
+        contact->value[VAR_AVERAGING_ERROR][i] =
+            error_of(contact, &seen, mean, middle, step, begins_to_leave(ratio_before[i], ratio_after[i]), slow,
+                     at_first, &places, i);
         if (contact->value[VAR_AVERAGING_WINDOW][i] >= NO_WINDOW)
             pass_windows(contact, i, start, rates);
     }

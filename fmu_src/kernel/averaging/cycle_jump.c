@@ -70,7 +70,7 @@ static int has_settled(const struct Contact *contact, const struct Configuration
 {
     const struct CycleEnd *const a = &ends[0], *const b = &ends[1];
     const double enough = MAY_ADD * contact->value[VAR_RELATIVE_TOLERANCE][i],
-                 level = larger(contact->value[VAR_F_C][i], contact->value[VAR_F_S][i]) * period_of(contact);
+                 level = stated_level(contact->value, i) * period_of(contact);
     int settled = 1;
     for (int k = 0; k < INPUT_END - INPUT_FIRST; ++k)
         settled &= contact->slope[k][i] == 0;

@@ -29,7 +29,8 @@ static double drift_of(const struct Contact *contact, const struct Configuration
     return most;
 }
 
-static enum Status run_cycle(struct Contact *contact, struct Configuration *w, double begin, struct CycleSums *seen)
+static enum Status run_cycle(struct Contact *contact, struct Configuration *w, const lanes begin,
+                             struct CycleSums *seen)
 {
     struct Course course;
     struct Point from; /* of which the states alone are asked */
@@ -41,7 +42,7 @@ static enum Status run_cycle(struct Contact *contact, struct Configuration *w, d
             start[n][i] = (*integral)[i] = integral_of[n] == VAR_SLIDING_DISTANCE ? (*integral)[i] : 0;
     }
     EACH_LANE {
-        contact->value[VAR_TIME][i] = begin;
+        contact->value[VAR_TIME][i] = begin[i];
         z[i] = contact->value[VAR_BRISTLE_DEFLECTION][i];
         repeat_breakpoints(contact, w, i);
     }
@@ -91,7 +92,7 @@ static double at_most(double cycles) { return smaller(larger(cycles, 1), 1e3); }
 static int goes_on_alike(struct Contact *contact, const struct Configuration *w, double cycles, struct CycleSums *seen,
                          int i)
 {
-    const double reach = larger(contact->value[VAR_F_C][i], contact->value[VAR_F_S][i]) / contact->value[VAR_SIGMA0][i],
+    const double reach = stated_level(contact->value, i) / contact->value[VAR_SIGMA0][i],
                  departure = fabs(seen->departure[i]);
     seen->drifts[i] = seen->drift[i] * at_most(cycles) > contact->value[VAR_RELATIVE_TOLERANCE][i];
     if (seen->drifts[i])
@@ -124,7 +125,7 @@ int stand_for(const struct CycleSums *seen, double cycles, int i)
     return seen->periodic[i] || cycles < seen->cycles[i] + 0.5;
 }
 
-enum Status run_cycles(struct Contact *contact, struct Configuration *w, double begin, double cycles,
+enum Status run_cycles(struct Contact *contact, struct Configuration *w, const lanes begin, double cycles,
                        struct CycleSums *seen)
 {
     lanes from[EFFECT_STATES], slid, aside[OWN_ROWS];

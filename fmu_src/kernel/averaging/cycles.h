@@ -33,7 +33,7 @@ int is_steady(const struct Configuration *w);
 
 /* cycles.c: cycles from `begin`, again and again from the same slow states, until each lane knows how so many would go
  * on. A lane that does stays as it is, to the last bit. Effects that are on: all but sensors. */
-enum Status run_cycles(struct Contact *contact, struct Configuration *w, double begin, double cycles,
+enum Status run_cycles(struct Contact *contact, struct Configuration *w, const lanes begin, double cycles,
                        struct CycleSums *seen);
 /* Do the cycles that the lane has run tell of so many? They are so many, or the others are known from them. */
 int stand_for(const struct CycleSums *seen, double cycles, int i);

@@ -58,6 +58,33 @@ static int is_position(const struct Configuration *w, int n)
     return owner >= 0 && w->on[owner]->periods != NULL;
 }
 
+/* Does anything go by a position? Then periods lie between places that are far apart. */
+static int is_felt(const struct Configuration *w, int n, int i)
+{
+    static const lanes here[EFFECT_STATES];
+    lanes there[EFFECT_STATES] = {{0}};
+    int state;
+    const int owner = owner_of(w, n, &state);
+    for (int k = 0; k < EFFECT_STATES; ++k)
+        there[k][i] = 1;
+    return w->on[owner]->periods(w->on_p[owner], here, (const lanes *)there, i) > 0;
+}
+
+/* Is it left where it is in this lane: because no separation lets it begin anew, or because nothing goes by it? */
+static int is_left(const struct Configuration *w, int n, int i)
+{
+    return is_position(w, n) && (w->p[VAR_RELEASE_TIME][i] >= NO_TIME || !is_felt(w, n, i));
+}
+
+/* How many are sought in the lane, of all or of some? */
+static int unknowns_of(const struct Configuration *w, int used, const int *sought, int i)
+{
+    int count = 0;
+    for (int n = 0; n < used; ++n)
+        count += (!sought || sought[n]) && !is_left(w, n, i);
+    return count;
+}
+
 int unknown_index(const struct Configuration *w, int n)
 {
     int state;
@@ -80,7 +107,8 @@ static int forces_came_back(const struct Contact *end, const struct Configuratio
     struct Contact begun = *end;
     struct Point a, b;
     for (int n = 0; n < count; ++n)
-        begun.value[unknown_index(w, n)][i] = from[n][i];
+        if (!is_left(w, n, i))
+            begun.value[unknown_index(w, n)][i] = from[n][i];
     point_at(&begun, &there, here, &a);
     point_at(end, &there, here, &b);
     const double enough = FORCES_COME_BACK * w->p[VAR_RELATIVE_TOLERANCE][i], level = level_of(&there, &b, i);
@@ -118,7 +146,9 @@ static enum Status find_deflection(struct Contact *contact, const struct Configu
             trial.value[VAR_BRISTLE_DEFLECTION][i] = z[i];
             trial.value[VAR_TIME][i] = start;
             trial.value[VAR_SLIDING_DISTANCE][i] = contact->value[VAR_SLIDING_DISTANCE][i]; /* what goes by it stays */
-            trial.past.count[i] = trial.past.first[i] = trial.past.settled[i] = trial.past.joined[i] = 0;
+            forget_past(&trial, i);
+            trial.follows[i] = contact->follows[i];
+            trial.followed_slip[i] = contact->followed_slip[i];
             trial.next_step[i] = contact->next_step[i];
             copy_breakpoints(&trial, contact, i);
             z_before[i] = n == 0 ? 0 : z_before[i];
@@ -130,7 +160,7 @@ static enum Status find_deflection(struct Contact *contact, const struct Configu
             return status;
         converged = 1;
         for (int i = 0; i < LANES; ++i) {
-            const double reach = larger(trial.value[VAR_F_C][i], trial.value[VAR_F_S][i]) / trial.value[VAR_SIGMA0][i];
+            const double reach = stated_level(trial.value, i) / trial.value[VAR_SIGMA0][i];
             miss[i] = trial.value[VAR_BRISTLE_DEFLECTION][i] - z[i];
             const int near = fabs(miss[i]) <= 1e-2 * trial.value[VAR_RELATIVE_TOLERANCE][i] * reach;
             done[i] =
@@ -185,7 +215,7 @@ static enum Status find_deflection(struct Contact *contact, const struct Configu
 double scale_of(const struct Contact *contact, int index, int i)
 {
     const double nominal = kernel_variable(index)->nominal,
-                 reach = larger(contact->value[VAR_F_C][i], contact->value[VAR_F_S][i]) / contact->value[VAR_SIGMA0][i];
+                 reach = stated_level(contact->value, i) / contact->value[VAR_SIGMA0][i];
     return index == VAR_BRISTLE_DEFLECTION ? reach
                                            : larger(1e-3 * (nominal > 0 ? nominal : 1), fabs(contact->value[index][i]));
 }
@@ -196,7 +226,7 @@ static enum Status cycle(const struct Contact *contact, const struct Configurati
 {
     *trial = *contact;
     EACH_LANE
-        trial->past.count[i] = trial->past.first[i] = trial->past.settled[i] = trial->past.joined[i] = 0;
+        forget_past(trial, i);
     for (int n = 0; n < count; ++n)
         EACH_LANE
             trial->value[unknown_index(w, n)][i] = from[n][i];
@@ -204,8 +234,8 @@ static enum Status cycle(const struct Contact *contact, const struct Configurati
     if (status == STATUS_OK)
         status = pass_cycle(trial);
     for (int n = 0; n < count; ++n)
-        EACH_LANE
-            to[n][i] = trial->value[unknown_index(w, n)][i];
+        for (int i = 0; i < LANES; ++i)
+            to[n][i] = is_left(w, n, i) ? from[n][i] : trial->value[unknown_index(w, n)][i];
     return status;
 }
 
@@ -287,14 +317,13 @@ static double enough_of(const struct Contact *contact, int i)
 }
 
 /* What is known of the slopes before a cycle is run: where forces move nothing, a separation forgets bristles and what
- * goes with them, and what a sensor does of itself is linear. The others are sought by differences; their number. Where
+ * goes with them, and what a sensor does of itself is linear. The others are sought by differences. Where
  * there is no separation, or one sensor hears another, the next cycle shows that the slopes are others. */
-static int foresee_slopes(const struct Contact *contact, const struct Configuration *w, int sought[UNKNOWNS],
-                          struct Search search[LANES])
+static void foresee_slopes(const struct Contact *contact, const struct Configuration *w, int sought[UNKNOWNS],
+                           struct Search search[LANES])
 {
-    const int heard_or_felt = w->feedback || w->sensors; /* how the bristle begins moves other states, too */
-    int at = 1, count = heard_or_felt;
-    sought[0] = heard_or_felt;
+    int at = 1;
+    sought[0] = w->feedback || w->sensors; /* how the bristle begins moves other states, too */
     for (int k = 0; k < w->on_count; ++k) {
         const struct Effect *effect = w->on[k];
         const int states = states_that_come_back(effect), heard = effect->driver == DRIVEN_BY_SENSOR;
@@ -303,19 +332,17 @@ static int foresee_slopes(const struct Contact *contact, const struct Configurat
             own_slopes(w, k, 1 / contact->value[VAR_VIBRATION_FREQUENCY][0], M);
         for (int c = 0; c < states; ++c) {
             sought[at + c] = !heard && (w->feedback || !effect->forgets);
-            count += sought[at + c];
             for (int r = 0; heard && r < states; ++r)
                 for (int i = 0; i < LANES; ++i)
                     search[i].slope[at + r][at + c] = M[r][c][i];
         }
         at += states;
     }
-    return count;
 }
 
 /* Slopes lead nowhere where each cycle adds as much as the one before until a limit is met, as a gap that closes in
  * some cycles: then these are passed, from rest. */
-static void begin_anew(struct Search *x, int count, lanes *from, int i)
+static void begin_anew(const struct Configuration *w, struct Search *x, int count, lanes *from, int i)
 {
     if (x->done)
         return;
@@ -324,7 +351,7 @@ static void begin_anew(struct Search *x, int count, lanes *from, int i)
     x->steps = x->more = x->idle = 0;
     x->least = INFINITY;
     for (int n = 0; n < count; ++n)
-        from[n][i] = 0;
+        from[n][i] = is_left(w, n, i) ? from[n][i] : 0;
 }
 
 /* Slopes by differences, of the lanes that `renew` them, by the unknowns that are `sought`: one cycle more for each.
@@ -335,13 +362,16 @@ static enum Status difference_slopes(struct Contact *contact, const struct Confi
 {
     for (int c = 0; c < used; ++c) {
         lanes beside[UNKNOWNS], other[UNKNOWNS], step;
-        if (sought && !sought[c])
-            continue;
+        int any = 0;
         memcpy(beside, from, sizeof beside);
-        EACH_LANE {
+        for (int i = 0; i < LANES; ++i) {
+            const int varied = (!sought || sought[c]) && !is_left(w, c, i);
             step[i] = 1e-2 * scale_of(trial, unknown_index(w, c), i);
-            beside[c][i] += step[i];
+            beside[c][i] += varied ? step[i] : 0;
+            any |= varied;
         }
+        if (!any)
+            continue;
         struct Contact second;
         const enum Status status = cycle(contact, w, used, (const lanes *)beside, other, &second);
         if (status != STATUS_OK)
@@ -351,6 +381,14 @@ static enum Status difference_slopes(struct Contact *contact, const struct Confi
                 search[i].slope[n][c] = (other[n][i] - to[n][i]) / step[i];
     }
     return STATUS_OK;
+}
+
+/* Does something go by a position that no cycle brings back? */
+static int is_carried_off(const struct Contact *begun, const struct Contact *end, const struct Configuration *w, int n,
+                          int i)
+{
+    const int index = unknown_index(w, n);
+    return is_left(w, n, i) && is_felt(w, n, i) && end->value[index][i] != begun->value[index][i];
 }
 
 static enum Status find_states(struct Contact *contact, const struct Configuration *w)
@@ -365,11 +403,14 @@ static enum Status find_states(struct Contact *contact, const struct Configurati
         search[i].least = INFINITY;
     while (used < count && unknown_index(w, used) >= 0)
         ++used;
-    const int to_seek = foresee_slopes(contact, w, sought, search);
+    foresee_slopes(contact, w, sought, search);
+    for (int n = 0; n < used; ++n)
+        for (int i = 0; i < LANES; ++i)
+            from[n][i] = is_left(w, n, i) ? contact->value[unknown_index(w, n)][i] : 0;
     for (int tries = 0; tries < 2 * MOST_TRIES && !converged; ++tries) {
         const int by_slopes = tries < MOST_TRIES;
         for (int i = 0; tries == MOST_TRIES && i < LANES; ++i)
-            begin_anew(&search[i], used, from, i);
+            begin_anew(w, &search[i], used, from, i);
         enum Status status = cycle(contact, w, used, (const lanes *)from, to, &trial);
         if (status == STATUS_TOO_MANY_STEPS && by_slopes && tries > 0) {
             tries = MOST_TRIES - 1; /* they have led where no contact is */
@@ -398,7 +439,7 @@ static enum Status find_states(struct Contact *contact, const struct Configurati
             if (!x->done)
                 note_miss(x, used, (const lanes *)to, missed, by_slopes, i);
             any |= renew[i];
-            x->steps += (1 + renew[i] * (tries == 0 ? to_seek : used)) *
+            x->steps += (1 + renew[i] * unknowns_of(w, used, tries == 0 ? sought : NULL, i)) *
                         (trial.value[VAR_STEP_COUNT][i] - contact->value[VAR_STEP_COUNT][i]);
         }
         if (any)
@@ -428,6 +469,8 @@ static enum Status find_states(struct Contact *contact, const struct Configurati
         }
     }
     for (int i = 0; i < LANES; ++i) {
+        for (int n = 0; n < used; ++n)
+            given_up |= is_carried_off(contact, &trial, w, n, i);
         if (search[i].lost)
             continue;
         learn_steps(contact, &trial, w, i);
@@ -461,7 +504,7 @@ static enum Status fill_history(struct Contact *contact, const struct Configurat
     struct Contact before = *contact;
     EACH_LANE {
         before.value[VAR_TIME][i] = contact->value[VAR_TIME][i] - (cycles - skipped) * period;
-        before.past.count[i] = before.past.first[i] = before.past.settled[i] = before.past.joined[i] = 0;
+        forget_past(&before, i);
     }
     enum Status status = kernel_event(&before);
     if (status == STATUS_OK)

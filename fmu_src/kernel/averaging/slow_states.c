@@ -228,6 +228,8 @@ enum Status settle_states(struct Contact *contact)
                 state[k][i] = whole[k][i];
         store_states(contact, &w, &x);
     }
+    for (int i = 0; i < LANES; ++i)
+        forget_past(contact, i); /* it knows of states that had not settled */
     enum Status status = kernel_event(contact); /* forces feel them */
     if (status == STATUS_OK && sensors_on(contact)) {
         lanes force[CHANNELS];

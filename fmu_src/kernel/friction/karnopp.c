@@ -43,7 +43,7 @@ const struct FrictionLaw friction_karnopp = {
         "friction outside",
     .equation = "|v| < band: F = min(max(applied_force, -F_S), F_S);  else F = F_C sgn(v)",
     .source = "Karnopp 1985 (not read)",
-    .reads = "F_C, F_S, applied_force",
+    .reads = "F_C, F_S, applied_force", .has_static = 1,
     .variables = variables, .count = COUNT,
     .rates = rates, .force = force, .indicator = indicator,
 };

@@ -132,7 +132,7 @@ const struct FrictionLaw friction_lugre = {
     .equation = "dz/dt = v - P |v| z / g(v) (P |z|/g(v))^(presliding_exponent - 1);  g(v) = F_C + (F_S - F_C) "
         "exp(-(|v|/v_s)^stribeck_exponent);  F = s0 z + s1 dz/dt + sigma2 v |v/viscous_reference|^(viscous_exponent - 1)",
     .source = "Canudas de Wit et al. 1995, eqs. 2 to 5; the paper, eq. 8",
-    .reads = "sigma0, sigma1, sigma2, F_C, F_S, v_s",
+    .reads = "sigma0, sigma1, sigma2, F_C, F_S, v_s", .has_static = 1,
     .relaxes = 1, .smooth = smooth, .prepare = prepare, .rates = rates, .yields = yields, .yield = yield, .force = force,
     .variables = variables, .count = COUNT,
 };

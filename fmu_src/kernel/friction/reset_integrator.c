@@ -66,7 +66,7 @@ const struct FrictionLaw friction_reset_integrator = {
     .equation = "dz/dt = v, or |z| stays z0 = F_C/sigma0 where it has come there and v z > 0;  "
         "F = s0 (1 + a) z + s1 dz/dt, a = F_S/F_C - 1 while sticking, else 0",
     .source = "Haessig and Friedland 1991 (not read)",
-    .reads = "sigma0, sigma1, F_C, F_S",
+    .reads = "sigma0, sigma1, F_C, F_S", .has_static = 1,
     .rates = rates, .force = force, .indicator = indicator, .event = event,
 };
 /* clang-format on */

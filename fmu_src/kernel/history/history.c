@@ -103,6 +103,12 @@ void remember_host_step(struct Contact *contact, const struct Configuration *w, 
     ring_append(&reel, x->t[lane] - from < INFINITY ? from : x->t[lane], x->t[lane], force);
 }
 
+void forget_past(struct Contact *contact, int lane)
+{
+    struct Ring *const past = &contact->past;
+    past->count[lane] = past->first[lane] = past->settled[lane] = past->joined[lane] = 0;
+}
+
 static void forces_at_point(const struct Point *x, int lane, double force[CHANNELS])
 {
     for (int k = 0; k < CHANNELS; ++k)

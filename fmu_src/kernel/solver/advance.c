@@ -46,6 +46,11 @@ static void accumulate(struct Contact *contact, const struct Configuration *w, c
         value[VAR_MEASURED_PRINCIPAL_IMPULSE][i] += of_force[1][i];
         value[VAR_MEASURED_FEED_IMPULSE][i] += of_force[2][i];
     }
+    for (int i = 0; w->current_angle && i < LANES; ++i)
+        if (h[i] > 0 && b->cutting[i] != 0) {
+            contact->follows[i] = fabs(b->solved_slip[i]) < INFINITY;
+            contact->followed_slip[i] = contact->follows[i] != 0 ? b->solved_slip[i] : 0;
+        }
     if (w->drivers)
         store_states(contact, w, b);
     for (int i = 0; w->looks_back && i < LANES; ++i)
@@ -124,7 +129,7 @@ static int is_only(const int cut[LANES], int k)
 
 /* An event that has happened before the start, as where an input has jumped. Where no side changes the start lies
  * beside it by roundings only, and it may still lie ahead. */
-static void act_on_jump(struct Contact *contact, const struct Configuration *w, const lanes s, double ahead,
+static void act_on_jump(struct Contact *contact, const struct Configuration *w, const lanes s, const lanes ahead,
                         const int chased[LANES], const int acts[LANES], struct Trial *t)
 {
     lanes before[INDICATORS];
@@ -171,7 +176,7 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
                       .end = &room[other[course->now][1]].point,
                       .alike = course->known && course->alike};
     int jumps = 0, stopped = 0, acts[LANES], chased[LANES] = {0};
-    lanes quiet_for;
+    lanes quiet_for, ahead;
     EACH_LANE
         quiet_for[i] = INFINITY; /* since the last event [s] */
     course->arrived = 0;
@@ -191,11 +196,13 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
             return felt;
         course->known = 0;
     }
-    const double ahead = w->kinematics == KINEMATICS_EXTERNAL ? 1e-14 * step : 1e-9 / w->p[VAR_VIBRATION_FREQUENCY][0],
+    const double moment = w->kinematics == KINEMATICS_EXTERNAL ? 1e-14 * step : 1e-9 / w->p[VAR_VIBRATION_FREQUENCY][0],
                  first_wait =
-                     10 * ahead; /* a hundred-millionth of a cycle: what is missed of a contact that is back at once */
-    EACH_LANE
+                     10 * moment; /* a hundred-millionth of a cycle: what is missed of a contact that is back at once */
+    EACH_LANE {
+        ahead[i] = moment;
         t.wait[i] = first_wait;
+    }
     if (!stop_at_events)
         skip_windows(contact, w, step);
     if (!course->known) {
@@ -206,6 +213,7 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
     }
     EACH_LANE
         course->window_end[i] = window_end(contact, i);
+    t.first = !course->known;
     course->known = 0;
     for (double n = 0; choose_step(contact, w, step, s, course->window_end, &t); ++n) {
         if (n >= most_steps || is_without_end(contact, guard, step, s, n))
@@ -252,7 +260,7 @@ enum Status advance_internal(struct Contact *contact, const struct Configuration
         EACH_LANE {
             const double quiet = quiet_for[i] + t.h[i];
             acts[i] = t.cut[i] >= 0;
-            chased[i] = quiet < ahead;
+            chased[i] = quiet < moment;
             if (acts[i])
                 t.wait[i] = next_wait(t.wait[i], quiet, chased[i], first_wait);
             quiet_for[i] = acts[i] ? 0 : quiet;

@@ -7,7 +7,7 @@ struct Aside {
     struct Point point;
 };
 
-void act_in_lanes(struct Contact *contact, const struct Configuration *w, const lanes s, double ahead,
+void act_in_lanes(struct Contact *contact, const struct Configuration *w, const lanes s, const lanes ahead,
                   const int chased[LANES], const int event[LANES], struct Point *x)
 {
     struct Aside aside;

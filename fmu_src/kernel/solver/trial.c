@@ -142,6 +142,23 @@ int trial_repeats(const struct Trial *t)
     return same;
 }
 
+/* The lanes that start on the other side of an event than they hold, as where an input has jumped. It may come back
+ * before the middle of the step, which then shows nothing of it. */
+static int look_for_jumps(const struct Contact *contact, const struct Configuration *w, const struct Trial *t,
+                          int cut[LANES])
+{
+    lanes now[INDICATORS];
+    int any = 0;
+    indicators(w, t->start, now);
+    for (int i = 0; i < LANES; ++i)
+        for (int k = 0; k < INDICATORS; ++k)
+            if (contact->sign[k][i] * now[k][i] < 0 && watched(contact, k, i)) {
+                cut[i] = JUMP;
+                any = 1;
+            }
+    return any;
+}
+
 /* Which events fall into the step? It is cut short at the first; true where it is shorter then. */
 int cut_short(const struct Contact *contact, const struct Configuration *w, const lanes s, struct Trial *t)
 {
@@ -151,6 +168,10 @@ int cut_short(const struct Contact *contact, const struct Configuration *w, cons
         t->cut[i] = known[i] = NO_EVENT;
         wanted[i] = t->h[i];
     }
+    const int first = t->first;
+    t->first = 0;
+    if (first && look_for_jumps(contact, w, t, t->cut))
+        return 0;
     if (!any_event(contact, w, t->start, t->middle, t->end))
         return 0;
     for (int i = 0; i < LANES; ++i) {

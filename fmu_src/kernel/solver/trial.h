@@ -20,6 +20,7 @@ struct Trial {
     lanes beside_window; /* how far a window may end beside the communication step, and ends with it [s] */
     double shortest; /* length at which the tolerance gives way [s] */
     int cut[LANES]; /* the event that h ends at, NO_EVENT or JUMP */
+    int first; /* none has been taken yet in this communication step, before which an input may have jumped */
     int acted[LANES]; /* whether a jump at its start has been acted on and has changed no side */
     lanes wait; /* after which a contact that was passed over is looked at again [s] */
     int fits[LANES]; /* whether it is within the tolerance */
