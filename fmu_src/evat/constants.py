@@ -342,6 +342,17 @@ class _Constants(ConstantTable):
     nuggets = Constant(24, "1", "noises of means that are tried in that range")
     logarithmic_range = Constant(10.0, "1", "largest over smallest value of a condition, from which on it counts by its logarithm", low=1.0)
 
+    # The frequency of a vibration
+    cycles_to_see_a_frequency = Constant(
+        3.0, "cycles", "of a recording, from which on it tells at which frequency a force comes back", low=1.0
+    )
+    frequency_harmonics = Constant(4, "1", "of a cycle, by which it is told")
+    left_by_cycles = Constant(0.2, "of the variance", "that these leave at most of a force that comes back as it is said to")
+    frequency_range = Constant(0.1, "of what is stated", "either way, within which it is looked for", low=0.0, high=0.5)
+    frequencies_tried = Constant(400, "1", "either way", source="budget of work")
+    phase_apart = Constant(0.25, "cycles", "at the end of a recording, by which force and model have to come apart to be told")
+    clearer_frequency = Constant(2.0, "times", "as much has to be left at the frequency that is stated", low=1.0)
+
     # Jumps
     bend_error = Constant(0.5, "of a bend", "what may be wrong in the samples that make it", high=1.0)
     least_bend_error = Constant(0.2, "of the noise", "an error beside a jump that is less is none")

@@ -7,6 +7,7 @@ import numpy as np
 from evat.experiment import ExperimentError
 from evat.identification.objective import Objective
 from evat.inference.checks import opposed, rms, unit_ratio
+from evat.inference.cycles import other_frequency
 from evat.model import ParameterError
 from evat.required_inputs import LAW
 
@@ -49,6 +50,14 @@ def check_signs(objective: Objective) -> None:
                 f"{channel}: measured runs against calculated (correlation {correlation:.2f}). Positive slip gives positive friction here; "
                 "reverse the sign of the force's column, or of the motion's (sign = -1)."
             )
+
+
+def check_frequency(objective: Objective) -> None:
+    """ExperimentError where a tool is said to vibrate at another frequency than that at which the force comes back, unless that is free."""
+    prediction, space = objective.prediction, objective.space
+    ends = [{**prediction.nominal, **objective.values, **space.at(np.full(len(space.free), end))} for end in (0.0, 1.0)]
+    if len({prediction.model.cycle_time(values) for values in ends}) == 1 and (frequency := other_frequency(prediction)) is not None:
+        raise ExperimentError(f"{frequency}.")
 
 
 def suspicious_scales(objective: Objective) -> list[str]:

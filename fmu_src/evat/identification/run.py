@@ -12,7 +12,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from evat.experiment import Experiment, ExperimentError
-from evat.identification.check import check_influence, check_signs, suspicious_scales
+from evat.identification.check import check_frequency, check_influence, check_signs, suspicious_scales
 from evat.identification.covariance import Optimum
 from evat.identification.fits import fit_doubts, fits_of, held_out_fits, misfits
 from evat.identification.held import DAMPING
@@ -53,6 +53,7 @@ def _identified(experiment: Experiment, model: Model, free: Sequence[str], setti
     fitted, kept = _split(experiment, settings.hold_out)
     check_clocks(experiment)
     objective = _objective(model, fitted, free, settings)
+    check_frequency(objective)
     check_signs(objective)
     check_influence(objective, settings.seed)
     spread, some = execution.spread, excerpts(fitted, model, settings.on) if settings.search != "none" else None

@@ -13,6 +13,7 @@ from evat.constants import CONSTANTS
 from evat.gap.search.declaration import misdeclared
 from evat.gap.search.recordings import misrecorded
 from evat.inference.checks import opposed, unit_ratio
+from evat.inference.cycles import other_frequency
 from evat.inference.prediction import Prediction
 from evat.model import Effect, FloatArray
 
@@ -94,6 +95,8 @@ def audit(prediction: Prediction, predicted: FloatArray, noise_sd: dict[str, flo
         refused.append(f"{recorded} samples and {means} means: at least {least} are needed")
     declared_wrong = misdeclared(prediction, predicted)
     refused += declared_wrong
+    if not refused and (frequency := other_frequency(prediction)) is not None:
+        refused.append(str(frequency))
     for channel in prediction.channels:
         places = prediction.places(channel)
         measured, simulated = prediction.measured[places], predicted[places]
