@@ -33,29 +33,30 @@ class OtherFrequency:
 def other_frequency(prediction: Prediction) -> OtherFrequency | None:
     """Where what was recorded of a tool that vibrates comes back at another frequency than it is said to; None where it does not, or where
     no recording has enough cycles to tell. What one clock or one generator has wrong it has wrong in all trials by the same share."""
-    courses, longest = list[tuple[FloatArray, FloatArray]](), (0.0, 0, math.nan)
+    courses, longest, file, stated = list[tuple[FloatArray, FloatArray]](), 0.0, "", math.nan
     for segment in prediction.segments:
         if segment.trial < 0:
             continue
         trial = prediction.experiment.trials[segment.trial]
-        own = prediction.model.cycle_time({**prediction.nominal, **trial.values})
-        cycles = (trial.times - trial.times[0]) / own if math.isfinite(own) else np.zeros(1)
+        period_stated = prediction.model.cycle_time({**prediction.nominal, **trial.values})
+        cycles = (trial.times - trial.times[0]) / period_stated if math.isfinite(period_stated) else np.zeros(1)
         column = prediction.measured[segment.at]
-        if cycles[-1] >= CONSTANTS.cycles_to_see_a_frequency and np.ptp(column) > 0:
-            courses.append((cycles, (column - column.mean()) / np.std(column)))
-            longest = max(longest, (float(cycles[-1]), -segment.trial, own))
-    count, place, own = longest
+        if cycles[-1] < CONSTANTS.cycles_to_see_a_frequency or not np.ptp(column) > 0:
+            continue
+        courses.append((cycles, (column - column.mean()) / np.std(column)))
+        if cycles[-1] > longest:
+            longest, file, stated = float(cycles[-1]), trial.file, 1 / period_stated
     if not courses or np.mean([_left_by_cycles(*course) for course in courses]) < CONSTANTS.left_by_cycles:
         return None
-    finest = CONSTANTS.phase_apart / (2 * count)  # half of what is told
+    finest = CONSTANTS.phase_apart / (2 * longest)  # half of what is told
     steps = min(math.ceil(CONSTANTS.frequency_range / finest), CONSTANTS.frequencies_tried)
     shares = finest * np.arange(-steps, steps + 1)
     left = np.array([sum(_left_by_cycles((1 + share) * cycles, column) for cycles, column in courses) for share in shares])
     best = int(np.argmin(left))
-    apart = float(abs(shares[best])) * count
+    apart = float(abs(shares[best])) * longest
     if not apart > CONSTANTS.phase_apart or not left[steps] > CONSTANTS.clearer_frequency * left[best] or best in (0, 2 * steps):
         return None
-    return OtherFrequency(prediction.experiment.trials[-place].file, (1 + float(shares[best])) / own, 1 / own, apart)
+    return OtherFrequency(file, (1 + float(shares[best])) * stated, stated, apart)
 
 
 def _left_by_cycles(cycles: FloatArray, column: FloatArray) -> float:

@@ -54,7 +54,7 @@ def nominal_parameters(model: Model, experiment: Experiment) -> tuple[Parameter,
     """Those of the nominal model that may be recalibrated: real and tunable, named in it, not exactly known, neither what
     each trial states for itself nor of an effect that is off."""
     stated = [set(trial.values) for trial in experiment.trials] + ([set(experiment.means.values)] if experiment.means is not None else [])
-    nowhere = set[str].intersection(*stated) if stated else set[str]()  # where some state it, the others go by the nominal value
+    by_all = set[str].intersection(*stated) if stated else set[str]()  # where only some state it, the others go by the nominal value
     off = {v.name for effect in model.effects if effect.name not in experiment.nominal.effects for v in effect.variables}
     parameters = []
     for variable in model.variables:
@@ -62,7 +62,7 @@ def nominal_parameters(model: Model, experiment: Experiment) -> tuple[Parameter,
         share = experiment.nominal.known_to(variable)
         if variable.type != "real" or variable.variability != "tunable" or not isinstance(value, (int, float)):
             continue
-        if variable.name in nowhere or variable.name in off or share == 0 or value == 0 or variable.reference:
+        if variable.name in by_all or variable.name in off or share == 0 or value == 0 or variable.reference:
             continue
         parameters.append(
             Parameter(variable.name, variable.unit, float(value), share, variable.min, variable.max, True)
